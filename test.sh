@@ -35,6 +35,8 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                       packages       Debian packages and tarball: built twice with the same bytes, lintian, installed, upgraded and removed in
                                      a clean Debian (needs root)
                       arm            core rooms built for 64-bit ARM, their unit tests under qemu-user (needs root)
+                      arm-packages   Debian packages for 64-bit ARM: cross-built, installed in a clean Debian, the demo under qemu-user, removed (needs
+                                     root)
                     A part that passed for the same sources is not run again: the result is kept in build/full/<tree>/
   --again           with --full: run also the parts that passed before
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
@@ -46,7 +48,7 @@ TXT
 }
 
 short_parts="tests,house,sanitizers,fuzzers,tidy"
-full_parts="tests,pose,map,localize,replay,python,site,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm"
+full_parts="tests,pose,map,localize,replay,python,site,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm,arm-packages"
 full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -166,6 +168,7 @@ full_part() {  # full_part NAME: one part of --full
     devices) full_devices ;;
     packages) full_packages ;;
     arm) tests/arm/test.sh ;;
+    arm-packages) tests/arm/packages.sh ;;
   esac
 }
 

@@ -30,6 +30,9 @@ waymark_package_documents(program waymark)
 waymark_package_documents(development libwaymark-dev)
 
 set(CPACK_GENERATOR DEB)
+if(CMAKE_CROSSCOMPILING AND CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)  # else that of the machine
+  set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)
+endif()
 set(CPACK_PACKAGE_NAME waymark)
 set(CPACK_PACKAGE_VENDOR "The Waymark authors")
 set(CPACK_PACKAGE_CONTACT "The Waymark authors <waymark@example.org>")

@@ -28,6 +28,7 @@ if [ -n "$check" ]; then printf '%s\n' "$notes"; exit 0; fi
 mkdir -p build
 ./test.sh --full --require-data 2>&1 | tee build/release.log
 tools/make_packages.sh "$out"
+tests/arm/packages.sh "$out"
 printf '%s\n\nCommit %s.\n' "$notes" "$(git rev-parse HEAD)" >"$out/RELEASE_NOTES.md"
 sed -n '/^tests  /,$p' build/release.log >"$out/TESTS.txt"  # each part, its seconds and its date
 (cd "$out" && rm -f SHA256SUMS && sha256sum -- * >SHA256SUMS && sha256sum --quiet --check SHA256SUMS)

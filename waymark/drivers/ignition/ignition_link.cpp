@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <deque>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -26,10 +27,10 @@ struct Arrived {
 class IgnitionLink final : public GazeboLink {
  public:
   Result<std::size_t> subscribe(const std::string& topic, int depth) override {
-    const std::size_t number = queue_.add(depth);
-    const auto put = [this, number](const char* bytes, std::size_t size,
-                                    const ignition::transport::MessageInfo& info) {
-      queue_.push({number, info.Type(), std::string(bytes, size),
+    const std::size_t number = queue_->add(depth);
+    const auto put = [queue = queue_, number](const char* bytes, std::size_t size,
+                                              const ignition::transport::MessageInfo& info) {
+      queue->push({number, info.Type(), std::string(bytes, size),
                    std::chrono::steady_clock::now().time_since_epoch()});
     };
     if (node_.SubscribeRaw(topic, put)) return number;
@@ -55,7 +56,7 @@ class IgnitionLink final : public GazeboLink {
   }
 
   std::optional<GazeboMessage> next(Duration most) override {
-    const auto came = queue_.take(most);
+    const auto came = queue_->take(most);
     if (!came) return std::nullopt;
     return GazeboMessage{came->subscription, came->type, parse_gazebo(came->type, came->bytes),
                          came->arrived};
@@ -101,7 +102,9 @@ class IgnitionLink final : public GazeboLink {
     std::string type;
   };
 
-  ArrivalQueue<Arrived> queue_{};  // outlives the node, whose threads put into it
+  // A thread of the library may call back once more when the node is gone: it takes its callback out of the
+  // lock first (NodeShared::RecvMsgUpdate).
+  std::shared_ptr<ArrivalQueue<Arrived>> queue_ = std::make_shared<ArrivalQueue<Arrived>>();
   std::deque<Publisher> publishers_{};
   ignition::transport::Node node_{};
 };
