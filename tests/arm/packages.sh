@@ -8,7 +8,7 @@ case "${1:-}" in -h|--help) sed -n '2,5s/^# //p' "$0"; exit 0 ;; esac
 root="$(cd "$(dirname "$0")/../.." && pwd)"
 # shellcheck source=tools/packages.sh
 source "$root/tools/packages.sh"
-waymark_install mmdebstrap
+waymark_install mmdebstrap lintian file
 fail() { echo "tests/arm/packages: $*" >&2; exit 1; }
 
 here=(cmake ninja-build ccache pkg-config g++ g++-aarch64-linux-gnu python3 dpkg-dev file libeigen3-dev libexpected-dev libcli11-dev nlohmann-json3-dev)
@@ -54,6 +54,7 @@ out="${1:-$root/build/arm/packages}"
 mkdir -p "$out"
 cp "$root"/build/arm/package/packages/*.deb "$out/"
 program=$(ls "$out"/waymark_*_arm64.deb) || fail "no package for arm64"
+lintian --allow-root --fail-on error --tag-display-limit 0 "$out"/*_arm64.deb
 
 debian --include=qemu-user "$suite" "$clean/system" "${mirrors[@]}"
 cp /etc/resolv.conf "$clean/system/etc/"

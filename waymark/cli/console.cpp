@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/cli/interrupt.hpp"
+
 namespace waymark::cli {
 namespace {
 
