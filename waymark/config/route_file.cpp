@@ -46,6 +46,7 @@ std::string checksum(const std::vector<std::array<double, kColumns>>& rows) {
 
 std::vector<std::array<double, kColumns>> rows_of(const Route& route) {
   std::vector<std::array<double, kColumns>> rows;
+  rows.reserve(route.points.size());
   for (const RoutePoint& point : route.points) rows.push_back(row_of(point));
   return rows;
 }

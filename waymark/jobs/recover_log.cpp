@@ -28,6 +28,7 @@ Result<RecoverReport> recover_log(const RecoverJob& job) {
 nlohmann::ordered_json to_json(const RecoverReport& report) {
   const mcap::Recovery& recovery = report.recovery;
   std::vector<std::string> problems;
+  problems.reserve(recovery.problems.size());
   for (const Error& problem : recovery.problems) problems.push_back(to_string(problem));
   return {{"file", report.file},
           {"output", report.output},

@@ -58,6 +58,7 @@ std::vector<std::string> route_names(const fs::path& folder) {
 
 std::vector<std::string> files_of_route(const std::string& route) {
   std::vector<std::string> names;
+  names.reserve(std::size(kOfRoute));
   for (const auto& [stem, suffix] : kOfRoute) names.push_back(file_name_for_route(stem, route, suffix));
   return names;
 }

@@ -55,6 +55,7 @@ class McapLog final : public RosLog {
 
   std::vector<LogAttachment> attachments() const override {
     std::vector<LogAttachment> list;
+    list.reserve(index_.attachments.size());
     for (const mcap::AttachmentIndex& entry : index_.attachments)
       list.push_back({entry.name, entry.media_type, entry.data_size});
     return list;

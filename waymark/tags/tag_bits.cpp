@@ -29,7 +29,10 @@ void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, floa
   const float middle = 0.5F * static_cast<float>(side - 1);
   Plane mean{};
   for (std::size_t i = 0; i < 3; ++i) mean[i] = 0.5F * (levels.border[i] + levels.around[i]);
-  const auto at = [side](int x, int y) { return static_cast<std::size_t>(y * side + x); };
+  const auto at = [side](int x, int y) {
+    const int index = y * side + x;
+    return static_cast<std::size_t>(index);
+  };
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const float here = levels_[at(x, y)];
@@ -178,7 +181,8 @@ std::optional<TagDetection> TagReader::decode_beside(const Quad& quad, const Rea
 int TagReader::changes_inside(const ReadableFamily& family) const {
   const int side = side_of(family);
   const auto bright = [&](int x, int y) {
-    return distances_[static_cast<std::size_t>((y + family.margin) * side + x + family.margin)] > 0;
+    const int index = (y + family.margin) * side + x + family.margin;
+    return distances_[static_cast<std::size_t>(index)] > 0;
   };
   int changes = 0;
   for (int y = 1; y < family.width - 1; ++y) {
