@@ -6,11 +6,7 @@
 #include "waymark/cli/frame_flags.hpp"
 
 namespace waymark::cli {
-namespace {
-
 constexpr auto kThree = [](CLI::Option& option) { option.expected(3); };
-
-}  // namespace
 
 void add_localize_flags(CLI::App& app, LocalizeJob& job) {
   add_option(app, "LOG", job.logs,

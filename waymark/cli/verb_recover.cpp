@@ -33,10 +33,11 @@ Verb recover_verb() {
       .name = "recover",
       .sentence = "Restore the index of a recording that was cut off",
       .help =
-          R"(Copies every whole record as it is, by any writer of MCAP, and writes the indexes and the summary that a
-finished recording ends with. Chunks and attachments whose checksum is wrong, records whose length is damaged,
-and what is left of the last record, are left out and said. FILE is only read; the new file appears whole or not at all. Reading needs none of this: all
-verbs read a recording that was cut as far as it goes; a recovered one opens quickly, and in every tool.
+          R"(Copies every whole record, by any writer of MCAP, and writes the indexes and the summary that a finished
+recording ends with. Chunks and attachments whose checksum is wrong, records whose length or type is
+damaged, and what is left of the last record, are left out and said. FILE is only read; the new file appears
+whole or not at all. All verbs read a recording that was cut as far as it goes; a recovered one opens
+quickly, and in every tool.
 
 Exit code: 0 written, 1 not a recording, or not writable, 2 wrong usage.
 

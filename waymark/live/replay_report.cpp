@@ -51,14 +51,11 @@ namespace {
 
 /// Sightings, not tags: a tag that is covered for a second at 20 Hz counts 20 times.
 std::string missed_words(const ReplayEnd& end) {
-  std::string words;
   int all = 0;
-  for (const auto& [reason, count] : end.missed_tags) {
-    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", count, to_string(reason));
-    all += count;
-  }
+  for (const auto& [reason, count] : end.missed_tags) all += count;
   if (all == 0) return {};
-  return fmt::format("tags that should have been in a picture and were not found: {} ({})", all, words);
+  return fmt::format("tags that should have been in a picture and were not found: {} ({})", all,
+                     counted_reasons(end.missed_tags));
 }
 
 nlohmann::ordered_json missed_json(const ReplayEnd& end) {

@@ -33,15 +33,19 @@ std::vector<ExpectedTag> expected_tags(const TagMap& map, const MountedCamera& c
   return expected;
 }
 
+std::string counted_reasons(const std::map<MissReason, int>& counts) {
+  std::string words;
+  for (const auto& [reason, count] : counts)
+    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", count, to_string(reason));
+  return words;
+}
+
 std::string words_of(std::span<const MissedTag> missed) {
   if (missed.empty()) return {};
   std::map<MissReason, int> reasons;
   for (const MissedTag& one : missed) ++reasons[one.why];
-  std::string words;
-  for (const auto& [reason, count] : reasons)
-    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", count, to_string(reason));
   return fmt::format("{} that should be in view {} not found ({})", counted(missed.size(), "tag"),
-                     missed.size() == 1 ? "was" : "were", words);
+                     missed.size() == 1 ? "was" : "were", counted_reasons(reasons));
 }
 
 }  // namespace waymark

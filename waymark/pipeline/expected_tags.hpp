@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,8 @@ namespace waymark {
                                                      const std::optional<LocalizationEstimate>& estimate,
                                                      SensorTime stamp);
 
+/// "2 too faint, 1 blurred"; empty for none.
+[[nodiscard]] std::string counted_reasons(const std::map<MissReason, int>& counts);
 /// "3 tags that should be in view were not found (2 too faint, 1 blurred)"; empty for none.
 [[nodiscard]] std::string words_of(std::span<const MissedTag> missed);
 

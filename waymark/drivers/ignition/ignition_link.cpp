@@ -102,8 +102,8 @@ class IgnitionLink final : public GazeboLink {
     std::string type;
   };
 
-  // A thread of the library may call back once more when the node is gone: it takes its callback out of the
-  // lock first (NodeShared::RecvMsgUpdate).
+  // Shared with the callbacks: a thread of the library may be in one, or on the way to it, when the node
+  // ends.
   std::shared_ptr<ArrivalQueue<Arrived>> queue_ = std::make_shared<ArrivalQueue<Arrived>>();
   std::deque<Publisher> publishers_{};
   ignition::transport::Node node_{};
