@@ -160,6 +160,23 @@ class LiveCamera(InFolder):
         self.assertEqual(line["level"], "warn", line)
         self.assertAlmostEqual(float(line["words"].split(" is ")[1].split(" mm")[0]), 0.94 * 160, delta=1.5)
 
+    def test_doctor_names_the_tags_of_a_map_that_are_missed(self):
+        tags = ""
+        for family, number, left, top, cell in [*pictures.SCENE_TAGS, ("tag36h11", 3, 40, 120, 6)]:  # the last one is not there
+            side_px = 8 * cell  # in a camera of 300 px focal length and its centre at 159.5, 119.5
+            ahead = 300 * 0.1 / side_px
+            right, down = ((low + side_px / 2 - 0.5 - middle) * ahead / 300 for low, middle in ((left, 159.5), (top, 119.5)))
+            tags += (f'  - {{tag: "{family}:{number}", size_m: 0.1, position_m: [{right}, {down}, {ahead}], quaternion_xyzw: [0, 0, 0, 1]}}\n')
+        (self.folder / "map.yaml").write_text(f'format: waymark-map-1\nanchor: "tag36h11:7"\ntags:\n{tags}', encoding="utf-8")
+        seen = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--map", "map.yaml")
+        line = next(line for line in seen.records[0]["checks"] if line["check"] == "map")
+        self.assertEqual(line["level"], "warn", line)
+        self.assertIn("of 3 tags of the map that should be found from here, one is missed: tag36h11:3 in ", line["words"])
+        self.assertIn(" occluded)", line["words"])
+        none = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--map", "nowhere")
+        line = next(line for line in none.records[0]["checks"] if line["check"] == "map")
+        self.assertEqual((line["level"], "nowhere" in line["words"]), ("warn", True), line)
+
     def test_a_pipeline_is_a_camera(self):
         if not pathlib.Path("/usr/lib/x86_64-linux-gnu/libgstapp-1.0.so.0").exists():
             self.skipTest("no GStreamer")

@@ -26,6 +26,10 @@ struct DoctorArgs {
     app.get_option("--tag-at-m")->needs("--tag-size-m");
     add_option(app, "--family NAME", job.tag.families, "Families that the tag may be of", kShown, kByCommas)
         ->needs("--tag-at-m");
+    add_option(app, "--map FILE", job.map,
+               "Map whose tags should be in view of these cameras, map.yaml or its folder: which of them are "
+               "missed where the camera stands, and why")
+        ->needs("--camera-source");
     add_option(app, "--folder PATH", job.folder, "Folder in which recordings will be written", kShown);
     add_option(app, "--width-px INTEGER", job.trial.width, "Width of the pictures of the trial", kShown,
                between(64, 8192));
@@ -63,7 +67,9 @@ Verb doctor_verb() {
 Cameras: each device, whether this user may open it, and who uses it. Calibration: age, and what it could not
 tell. Robot: its port (is it there, who may open it, who has it) or its network (peers, qualities of service), the
 rate of its odometry, the difference of its clock, who else commands it, battery, errors. Devices: serial ports and
-gamepads, and whether this user may open them. Disk: the room for recordings. Processor: the loop of a robot runs for two seconds on drawn pictures.
+gamepads, and whether this user may open them. Map: the tags of a map that should be found from where the
+camera stands, and why some are not: covered, too faint or blurred. Disk: the room for recordings. Processor: the
+loop of a robot runs for two seconds on drawn pictures.
 
 Exit code: 0 nothing failed, 1 a check failed, 2 wrong usage, 130 ended by Ctrl-C.
 
@@ -71,6 +77,7 @@ Examples:
   waymark doctor
   waymark doctor --robot ros2:limo
   waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --rate-hz 60
+  waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --map map
   waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --tag-at-m 1 --tag-size-m 0.16
 )",
       .prepare = prepared(examine)};

@@ -20,7 +20,7 @@ enum class DoctorLevel : std::uint8_t { Ok, Warn, Fail };
 [[nodiscard]] const char* to_string(DoctorLevel level);
 
 struct DoctorLine {
-  std::string key{};  ///< a stable word: camera, calibration, disk, processor
+  std::string key{};  ///< a stable word: camera, calibration, map, disk, processor
   DoctorLevel level = DoctorLevel::Ok;
   std::string words{};
   std::string command{};  ///< that mends it; empty where all is well

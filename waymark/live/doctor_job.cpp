@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/live/doctor_map.hpp"
 #include "waymark/live/doctor_network.hpp"
 #include "waymark/live/robot_kinds.hpp"
 
@@ -50,6 +51,9 @@ Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCan
   if (job.tag.distance_m > 0)
     for (const std::string& source : job.sources)
       lines.push_back(check_tag_size(source, calibration, job.tag, cancelled));
+  if (!job.map.empty())
+    for (const std::string& source : job.sources)
+      lines.push_back(check_map_tags(source, calibration, job.map, cancelled));
   lines.push_back(check_disk(job.folder));
   if (job.sources.empty() && finds_tags_itself(job.robot)) {
     lines.push_back({"processor", DoctorLevel::Ok, "not tried: the robot finds its tags itself", ""});

@@ -11,6 +11,7 @@ struct DoctorJob {
   std::string robot{};                 ///< KIND:ADDRESS, which is heard and not moved; empty: none
   std::string calibration{};           ///< empty: calibration.yaml in the current folder, if there is one
   std::vector<std::string> sources{};  ///< addresses of cameras to take pictures from
+  std::string map{};                   ///< whose tags each source is searched for; empty: none
   std::string folder = ".";            ///< where recordings will be written
   LoopTrial trial{};
   TagSizeTrial tag{};  ///< by the pictures of each source; without a distance: none

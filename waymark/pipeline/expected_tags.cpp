@@ -11,26 +11,29 @@
 
 namespace waymark {
 
+std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& camera, const SE3& map_T_cam) {
+  constexpr VisibilityLimits kSurely = {.min_side_px = 24, .max_incidence_rad = 1.05, .margin_px = 8};
+  const SE3 cam_T_map = map_T_cam.inverse();
+  std::vector<ExpectedTag> expected;
+  for (const auto& [tag, mapped] : map.tags) {
+    const auto corners = visible_corners(camera, cam_T_map * mapped.map_T_tag, mapped.size_m, kSurely);
+    if (corners) expected.push_back({tag, *corners});
+  }
+  return expected;
+}
+
 std::vector<ExpectedTag> expected_tags(const TagMap& map, const MountedCamera& camera,
                                        const std::optional<LocalizationEstimate>& estimate,
                                        SensorTime stamp) {
   constexpr double kSure_m = 0.1;
   constexpr double kSure_rad = 0.05;
   constexpr double kOld_s = 0.5;
-  // Tags that a detector finds without fail when nothing is in the way.
-  constexpr VisibilityLimits kSurely = {.min_side_px = 24, .max_incidence_rad = 1.05, .margin_px = 8};
   if (!estimate || !estimate->certain || !(estimate->position_sigma_m() <= kSure_m) ||
       !(std::sqrt(estimate->covariance(2, 2)) <= kSure_rad) ||
       !(std::abs(to_seconds(stamp - estimate->stamp)) <= kOld_s))
     return {};
-  const SE3 cam_T_floor = (lift(estimate->map_T_base) * camera.base_T_cam).inverse();
-  const SE3 cam_T_map = cam_T_floor * map_T_floor(map.floor).inverse();
-  std::vector<ExpectedTag> expected;
-  for (const auto& [tag, mapped] : map.tags) {
-    const auto corners = visible_corners(camera.camera, cam_T_map * mapped.map_T_tag, mapped.size_m, kSurely);
-    if (corners) expected.push_back({tag, *corners});
-  }
-  return expected;
+  const SE3 map_T_base = map_T_floor(map.floor) * lift(estimate->map_T_base);
+  return expected_tags(map, camera.camera, map_T_base * camera.base_T_cam);
 }
 
 std::string counted_reasons(const std::map<MissReason, int>& counts) {

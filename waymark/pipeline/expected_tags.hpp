@@ -13,6 +13,11 @@
 
 namespace waymark {
 
+/// Where the tags of a map should be in a picture that was taken from this pose: those that a detector finds
+/// without fail when nothing is in the way, as they are large enough and not oblique. O(tags).
+[[nodiscard]] std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& camera,
+                                                     const SE3& map_T_cam);
+
 /// Where the tags of a map should be in a picture of a camera that is taken now, by an estimate of where the
 /// robot is: those that are large enough and not oblique. None where that is not certain to a few
 /// centimetres, or older than half a second. O(tags).
