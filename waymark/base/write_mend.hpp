@@ -12,6 +12,8 @@ namespace waymark {
   switch (error) {
     case ENOENT:
       return fmt::format("Make the folder '{}' first.", folder);
+    case ENOTDIR:
+      return "A part of this path is a file, where a folder is needed. Name another one.";
     case EACCES:
     case EPERM:
     case EROFS:

@@ -66,6 +66,14 @@ class Renames {
   std::vector<std::pair<fs::path, fs::path>> done_;
 };
 
+/// The nearest part of this path that is there, where it is no folder; empty otherwise.
+fs::path file_in_the_way(const fs::path& folder) {
+  std::error_code error;
+  fs::path part = folder;
+  while (!part.empty() && part.has_relative_path() && !fs::exists(part, error)) part = part.parent_path();
+  return part.empty() || !fs::exists(part, error) || fs::is_directory(part, error) ? fs::path() : part;
+}
+
 }  // namespace
 
 std::string numbered(const std::string& name, int number) {
@@ -94,6 +102,10 @@ Status check_output_file(const fs::path& file) {
     return fail(ErrorCode::Unwritable, "this is a folder", place, "Give the name of a file.");
   if (fs::exists(status) && !fs::is_regular_file(status)) return {};  // a device, or a pipe
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  if (const fs::path in_the_way = file_in_the_way(folder); !in_the_way.empty())
+    return fail(ErrorCode::Unwritable,
+                fmt::format("the file cannot be written: {} is a file, not a folder", in_the_way.string()),
+                place, "Name a file in another folder.");
   if (!fs::is_directory(folder, error))
     return fail(ErrorCode::Unwritable, "the file cannot be written: its folder is not there", place,
                 fmt::format("Make it first: mkdir -p {}.", folder.string()));

@@ -14,6 +14,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 void write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
 
@@ -99,6 +100,14 @@ TEST_F(Staged, AnOutputFileNeedsItsFolder) {
   EXPECT_THAT(missing.error().hint, HasSubstr("mkdir -p"));
   fs::create_directories(folder_);
   EXPECT_TRUE(check_output_file(folder_ / "out.yaml"));
+  write(folder_ / "a", "a file");
+  for (const fs::path& below : {folder_ / "a" / "out.yaml", folder_ / "a" / "deep" / "out.yaml"}) {
+    const Status blocked = check_output_file(below);
+    ASSERT_FALSE(blocked);
+    EXPECT_THAT(blocked.error().message, HasSubstr("/a is a file, not a folder"));
+    EXPECT_THAT(blocked.error().hint, Not(HasSubstr("mkdir")));
+  }
+  fs::remove(folder_ / "a");
   EXPECT_FALSE(check_output_file(folder_)) << "a folder is no file";
   EXPECT_TRUE(check_output_file("/dev/null")) << "a device is one";
   EXPECT_THAT(test::names_in(folder_), IsEmpty()) << "looking leaves nothing behind";

@@ -128,7 +128,8 @@ Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sin
   Salvage salvage(source, std::move(sink));
   if (Status status = salvage.begin(); !status) return tl::unexpected(status.error());
   const Result<StreamSummary> stream = read_stream(
-      source, options, [&](const RecordView& view) { return salvage.add(view); }, known_records(*before));
+      source, options, [&](const RecordView& view) { return salvage.add(view); }, known_records(*before),
+      !before->from_summary);
   if (!stream) return tl::unexpected(stream.error());
   Recovery recovery{.kept_bytes = salvage.position(),
                     .lost_bytes = stream->skipped_bytes + salvage.left_out_bytes() + *size -

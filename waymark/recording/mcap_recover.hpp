@@ -20,9 +20,9 @@ struct Recovery {
 };
 
 /// Copies every whole record, byte for byte, and writes message indexes and a summary for them: chunks and
-/// attachments whose checksum is wrong, records whose length is damaged (the summary, if there is one, tells
-/// where the next begins) and what follows the last whole record are left out. One pass; memory: a chunk and
-/// an index entry for each.
+/// attachments whose checksum is wrong, records whose length is damaged (the summary tells where the
+/// next begins; without one the next chunk is searched for) and what follows the last whole record are left
+/// out. One pass; memory: a chunk and an index entry for each.
 [[nodiscard]] Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sink,
                                        const ReaderOptions& options = {});
 

@@ -117,6 +117,28 @@ TEST(McapRecover, BehindADamagedLengthRecoveryGoesOnAtTheNextChunk) {
   }
 }
 
+/// Its writer died, and a part of it is lost: without a summary the bytes alone tell where the next chunk is.
+TEST(McapRecover, WithoutASummaryRecoveryGoesOnAtTheNextChunk) {
+  for (const Compression compression : {Compression::None, Compression::Lz4, Compression::Zstd}) {
+    const Bytes whole = some_recording(300, {.compression = compression, .chunk_size_bytes = 1 << 15});
+    const auto index = read_index(*memory_source(whole));
+    ASSERT_GT(index->chunks.size(), 4U);
+    const ChunkIndex& gap = index->chunks[1];
+    const ChunkIndex& last = index->chunks.back();
+    Bytes damaged(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(last.chunk_start_offset));
+    for (std::size_t i = 0; i < 100; ++i) damaged[gap.chunk_start_offset + i] = 0;
+    Bytes file;
+    const auto recovery = recover(*memory_source(damaged), memory_sink(file));
+    ASSERT_TRUE(recovery);
+    EXPECT_FALSE(recovery->was_whole);
+    EXPECT_EQ(recovery->chunks, index->chunks.size() - 2);
+    EXPECT_GT(recovery->lost_bytes, 100U);
+    const auto read = read_index(*memory_source(file));
+    ASSERT_TRUE(read);
+    EXPECT_TRUE(read->problems.empty());
+  }
+}
+
 TEST(McapRecover, AnAttachmentWhoseChecksumIsWrongIsLeftOutAndSaid) {
   Bytes damaged;
   Result<Writer> writer = Writer::open(memory_sink(damaged), {});

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "waymark/recording/compression.hpp"
+#include "waymark/recording/mcap_search.hpp"
 
 namespace waymark::mcap {
 namespace {
@@ -142,7 +143,7 @@ Status visit_records(ByteSpan bytes,
 
 Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                   const std::function<Status(const RecordView&)>& visit,
-                                  const std::vector<KnownRecord>& known) {
+                                  const std::vector<KnownRecord>& known, bool search) {
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
   if (Status status = check_magic(source, *size); !status) return tl::unexpected(status.error());
@@ -155,8 +156,7 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
     const auto here = std::ranges::lower_bound(known, offset, {}, &KnownRecord::offset);
     const bool is_known = here != known.end() && here->offset == offset;
     const auto after = is_known ? here + 1 : here;
-    const auto next =
-        after == known.end() || after->offset > *size ? std::nullopt : std::optional(after->offset);
+    auto next = after == known.end() || after->offset > *size ? std::nullopt : std::optional(after->offset);
     Result<RecordView> view = read_record(source, offset, *size, next, options, content);
     if (view && is_known && view->opcode != here->opcode)
       view = fail(ErrorCode::Unreadable,
@@ -165,6 +165,7 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
                   at(source, offset));
     if (!view) {
       summary.problems.push_back(view.error());
+      if (!next && search) next = find_chunk(source, offset + 1, *size);
       if (!next) return summary;
       summary.skipped_bytes += *next - offset;
       summary.good_bytes = *next;

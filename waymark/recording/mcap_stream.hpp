@@ -51,10 +51,12 @@ struct StreamSummary {
 /// whose packing or CRC is wrong is not visited. Needs no index, so it works on a recording in progress or
 /// one whose writer died. Fails only when it is not an MCAP file at all, or when the callback does; damage is
 /// reported in the summary. Behind a record whose length or kind is damaged it goes on at the next of
-/// `known`, the records that an index names, in order. Memory: one record and one unpacked chunk.
+/// `known`, the records that an index names, in order; where none is known and `search` says so, at the next
+/// bytes that look like a chunk. Memory: one record and one unpacked chunk.
 [[nodiscard]] Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                                 const std::function<Status(const RecordView&)>& visit,
-                                                const std::vector<KnownRecord>& known = {});
+                                                const std::vector<KnownRecord>& known = {},
+                                                bool search = false);
 
 /// The records inside a chunk, unpacked (into `room`, unless they are not packed) and with the CRC checked.
 [[nodiscard]] Result<ByteSpan> unpack_chunk(const Chunk& chunk, const ReaderOptions& options, Bytes& room);

@@ -174,6 +174,14 @@ TEST(SpeedProfile, NoPointIsFasterThanItsCurveAndNoStretchThanItsAcceleration) {
   EXPECT_NEAR(with_speed_profile(route_of("line", 0.4), options).points.back().speed_m_s, 0.05, 1e-12);
 }
 
+/// Not at the end of a route either, where it would crawl faster.
+TEST(SpeedProfile, IsNeverFasterThanTheSpeedThatWasAskedFor) {
+  const ProfileOptions options{.speed_m_s = 0.02};
+  for (const char* shape : {"eight", "line"})
+    for (const RoutePoint& point : with_speed_profile(route_of(shape, 0.4), options).points)
+      EXPECT_LE(std::abs(point.speed_m_s), 0.02 + 1e-12) << shape;
+}
+
 TEST(LidarZone, SeesWhatIsInTheWayOfACurve) {
   const Hull hull{.front_m = 0.16, .rear_m = 0.16, .width_m = 0.22, .height_m = 0.25};
   LaserScan scan{

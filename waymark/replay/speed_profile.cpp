@@ -27,12 +27,14 @@ double local_limit(const RoutePoint& point, const ProfileOptions& options) {
 Route with_speed_profile(Route route, const ProfileOptions& options) {
   const std::size_t n = route.points.size();
   if (n < 2) return route;
+  const double crawl_m_s =
+      options.speed_m_s > 0 ? std::min(options.crawl_m_s, options.speed_m_s) : options.crawl_m_s;
   std::vector<double> speed(n);
   for (std::size_t i = 0; i < n; ++i) {
-    speed[i] = std::max(local_limit(route.points[i], options), options.crawl_m_s);
+    speed[i] = std::max(local_limit(route.points[i], options), crawl_m_s);
     const bool last = i + 1 == n;
     const bool stands = last ? !route.closed : !same_way(route.points[i], route.points[i + 1]);
-    if (stands) speed[i] = options.crawl_m_s;
+    if (stands) speed[i] = crawl_m_s;
   }
   const std::size_t rounds = route.closed ? 2 * n : n - 1;  // twice: the start of a lap depends on its end
   for (std::size_t k = 0; k < rounds; ++k) {

@@ -59,11 +59,11 @@ double area_px2(const TagBands& tag) {
   return 0.5 * twice;
 }
 
-/// All pixels of the tag, or kMost spread over it (Roberts, "The unreasonable effectiveness of quasirandom
+/// All pixels of the tag, or `most` spread over it (Roberts, "The unreasonable effectiveness of quasirandom
 /// sequences", 2018).
 template <class Visit>
-void each_pixel(const TagBands& tag, int cells, const Visit& visit) {
-  if (area_px2(tag) < 1.9 * InnerPixels::kMost) {
+void each_pixel(const TagBands& tag, int cells, int most, const Visit& visit) {
+  if (area_px2(tag) < 1.9 * most) {
     Vector2d low = tag.edges[0].from;
     Vector2d high = low;
     for (const EdgeFrame& edge : tag.edges) {
@@ -76,7 +76,7 @@ void each_pixel(const TagBands& tag, int cells, const Visit& visit) {
   }
   const Eigen::Matrix3d px_H_cell = tag.edges[0].cell_H_px.inverse();
   const double side = cells - 2 * kRimCells;
-  for (int i = 1; i <= InnerPixels::kMost; ++i) {
+  for (int i = 1; i <= most; ++i) {
     const double u = kRimCells + side * std::fmod(0.7548776662466927 * i, 1.0);
     const double v = kRimCells + side * std::fmod(0.5698402909980532 * i, 1.0);
     const Vector2d px = (px_H_cell * Eigen::Vector3d(u, v, 1)).hnormalized();
@@ -112,7 +112,7 @@ bool put(const BitCells& pattern, const Place& place, int cells, int lane, Inner
 }  // namespace
 
 void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& tag,
-                       const TagEstimate& estimate, InnerPixels& pixels) {
+                       const TagEstimate& estimate, int most, InnerPixels& pixels) {
   const int cells = family(id.family).width_at_border;
   const BitCells pattern(id);
   const bool bent = bends_matter(tag, estimate);
@@ -120,7 +120,7 @@ void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& 
   const Vector2d middle =
       0.25 * (tag.edges[0].from + tag.edges[1].from + tag.edges[2].from + tag.edges[3].from);
   pixels.count = 0;
-  each_pixel(tag, cells, [&](int x, int y) {
+  each_pixel(tag, cells, most, [&](int x, int y) {
     if (x < 0 || y < 0 || x >= image.width || y >= image.height) return;
     if (pixels.count == InnerPixels::kMostBlocks * kLanes) return;
     const Vector2d px(x + 0.5, y + 0.5);

@@ -13,8 +13,9 @@ namespace waymark::refinement {
 
 /// Pixels inside the border of a tag and the cells around them, kLanes side by side.
 struct InnerPixels {
-  static constexpr int kMost = 200;
-  static constexpr int kMostBlocks = 2 * kMost / kLanes;
+  static constexpr int kFew = 200;   ///< enough to correct edges that the border has placed
+  static constexpr int kMany = 800;  ///< to place them without the border
+  static constexpr int kMostBlocks = 2 * kMany / kLanes;
 
   struct Block {
     Lanes value;   ///< grey level in even light
@@ -32,9 +33,9 @@ struct InnerPixels {
   [[nodiscard]] std::size_t blocks() const { return static_cast<std::size_t>((count + kLanes - 1) / kLanes); }
 };
 
-/// Reads them where the four border edges of `estimate` say that the cells lie; of large tags some that are
-/// spread evenly. O(pixels).
+/// Reads them where the four border edges of `estimate` say that the cells lie; of large tags `most` (kFew or
+/// kMany) that are spread evenly. O(pixels).
 void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& tag,
-                       const TagEstimate& estimate, InnerPixels& pixels);
+                       const TagEstimate& estimate, int most, InnerPixels& pixels);
 
 }  // namespace waymark::refinement

@@ -72,23 +72,5 @@ TEST(InnerCorrection, UndoesLightThatIsAdded) {
   }
 }
 
-TEST(InnerCorrection, RefusesABorderThatIsPartlyCovered) {
-  Random random(6);
-  for (const double roll_rad : {0.0, 0.5, 2.0}) {
-    Print print = print_of(FamilyId::Tag36h11);
-    print.roll_rad = roll_rad;
-    const auto corners = corners_of(print);
-    const Eigen::Vector2d inwards = (corners[3] - corners[0]).normalized();
-    Image image = render(print);
-    change(image, [&](double level, int x, int y) {  // paper over a fifth of a cell along the first edge
-      const double depth_px = inwards.dot(Eigen::Vector2d(x + 0.5, y + 0.5) - corners[0]);
-      const double over = std::clamp(0.5 + (0.2 * 6.5 - depth_px) / 1.5, 0.0, 1.0);
-      return level + over * (print.white - level);
-    });
-    const auto result = refine_corners(image, detection_at(print, 0.1, random));
-    EXPECT_FALSE(result.refined()) << roll_rad;
-  }
-}
-
 }  // namespace
 }  // namespace waymark

@@ -79,23 +79,42 @@ std::array<double, 2> turns(const InnerVector& x, double outwards) {
   return {px * (x[kBlackS] + 0.5 * x[kWhiteS]), px * (x[kBlackT] + 0.5 * x[kWhiteT])};
 }
 
+/// How far the lines of one axis lie beside their place, in blurs: in the middle, and more of it at s or t
+/// = 1.
+struct Offset {
+  Lanes shift, stretch;
+};
+
+template <int Unknowns>
+std::array<Offset, 2> offsets(const InnerPixels::Block& block, const InnerVector& x) {
+  const auto of = [&x](InnerUnknown i) { return static_cast<float>(x[i]); };
+  if constexpr (Unknowns == kUnknownsOnBorder) {
+    return {Offset{Lanes::Constant(of(kShiftS)), Lanes::Constant(of(kStretchS))},
+            {Lanes::Constant(of(kShiftT)), Lanes::Constant(of(kStretchT))}};
+  } else {
+    return {Offset{of(kShiftS) + of(kShearS) * block.t, of(kStretchS) + of(kTaperS) * block.t},
+            {of(kShiftT) + of(kShearT) * block.s, of(kStretchT) + of(kTaperT) * block.s}};
+  }
+}
+
 /// To second order in a small growth, else exactly; to first order in the shift. A border whose edges turned
 /// (`keystone`) has the wrong perspective: its middle lies off by as much.
+template <int Unknowns>
 Share share_of_white(const InnerPixels::Block& block, const InnerVector& x, float outwards,
                      const std::array<double, 2>& keystone) {
   const auto growth = static_cast<float>(x[kGrowth]);
   std::array<std::array<Lanes, 3>, 2> z;
   std::array<std::array<Lanes, 3>, 2> density;
   std::array<std::array<Lanes, 4>, 2> part;  // of the blurred pixel in the four columns, rows
+  const std::array<Offset, 2> offset = offsets<Unknowns>(block, x);
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto inverse_blur = static_cast<float>(std::exp(-x[axis == 0 ? kBlurS : kBlurT]));
-    const auto shift = static_cast<float>(x[axis == 0 ? kShiftS : kShiftT]);
-    const auto stretch = static_cast<float>(x[axis == 0 ? kStretchS : kStretchT]);
     const Lanes tapered = static_cast<float>(keystone[axis]) * inverse_blur * block.px_per_cell[axis] /
                           block.px_per_cell[1 - axis];
     Lanes rest = Lanes::Ones();
     for (std::size_t i = 0; i < 3; ++i) {
-      z[axis][i] = block.past_px[axis][i] * inverse_blur - shift - stretch * block.place[axis][i] +
+      z[axis][i] = block.past_px[axis][i] * inverse_blur - offset[axis].shift -
+                   offset[axis].stretch * block.place[axis][i] +
                    tapered * (1.0F - block.place[axis][i].square());
       const NormalLanes<Lanes> normal = normal_lanes<Lanes>(z[axis][i]);
       density[axis][i] = normal.pdf;
@@ -125,49 +144,56 @@ double px_per_level(const InnerVector& x, double outwards) {
   return 2.0 * std::sqrt(std::numbers::pi) * mean_blur_px(x) / x[kWhite] * outwards;
 }
 
+template <int Unknowns>
 InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outwards, double trusted) {
-  std::array<std::array<Lanes, kInnerUnknowns>, kInnerUnknowns> information;
-  std::array<Lanes, kInnerUnknowns> gradient;
+  std::array<std::array<Lanes, Unknowns>, Unknowns> information;
+  std::array<Lanes, Unknowns> gradient;
   for (auto& row : information) row.fill(Lanes::Zero());
   gradient.fill(Lanes::Zero());
   Lanes cost = Lanes::Zero();
   Lanes count = Lanes::Zero();
-  const std::array<double, 2> keystone = turns(x, outwards);
+  constexpr bool on_border = Unknowns == kUnknownsOnBorder;
+  const std::array<double, 2> keystone = on_border ? turns(x, outwards) : std::array<double, 2>{};
   const auto of = [&x](InnerUnknown i) { return static_cast<float>(x[i]); };
   for (std::size_t b = 0; b < pixels.blocks(); ++b) {
     const InnerPixels::Block& block = pixels.block[b];
-    const Share share = share_of_white(block, x, static_cast<float>(outwards), keystone);
+    const Share share = share_of_white<Unknowns>(block, x, static_cast<float>(outwards), keystone);
     const Lanes step = of(kWhite) + of(kWhiteS) * block.s + of(kWhiteT) * block.t;
     const Lanes predicted = of(kBlack) + of(kBlackS) * block.s + of(kBlackT) * block.t + step * share.white;
     const Lanes residual = block.value - predicted;
     // Huber, "Robust estimation of a location parameter", 1964.
     Lanes weight = block.weight * (static_cast<float>(trusted) / residual.abs().max(1e-3F)).min(1.0F);
     weight *= sums::within_scale<Lanes>(block.value, predicted);
-    const std::array<Lanes, kInnerUnknowns> slope = {Lanes::Ones(),
-                                                     block.s,
-                                                     block.t,
-                                                     share.white,
-                                                     share.white * block.s,
-                                                     share.white * block.t,
-                                                     step * share.growth,
-                                                     step * share.blur[0],
-                                                     step * share.blur[1],
-                                                     step * share.shift[0],
-                                                     step * share.shift[1],
-                                                     step * share.stretch[0],
-                                                     step * share.stretch[1]};
-    for (std::size_t i = 0; i < kInnerUnknowns; ++i) {
+    std::array<Lanes, Unknowns> slope;
+    slope[kBlack] = Lanes::Ones();
+    slope[kBlackS] = block.s;
+    slope[kBlackT] = block.t;
+    slope[kWhite] = share.white;
+    slope[kWhiteS] = share.white * block.s;
+    slope[kWhiteT] = share.white * block.t;
+    slope[kGrowth] = step * share.growth;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      slope[kBlurS + axis] = step * share.blur[axis];
+      slope[kShiftS + axis] = step * share.shift[axis];
+      slope[kStretchS + axis] = step * share.stretch[axis];
+      if constexpr (!on_border) {
+        const Lanes& beside = axis == 0 ? block.t : block.s;
+        slope[kShearS + axis] = slope[kShiftS + axis] * beside;
+        slope[kTaperS + axis] = slope[kStretchS + axis] * beside;
+      }
+    }
+    for (std::size_t i = 0; i < Unknowns; ++i) {
       const Lanes weighted = weight * slope[i];
-      for (std::size_t k = i; k < kInnerUnknowns; ++k) information[i][k] += weighted * slope[k];
+      for (std::size_t k = i; k < Unknowns; ++k) information[i][k] += weighted * slope[k];
       gradient[i] += weighted * residual;
     }
     cost += weight * residual.square();
     count += weight;
   }
   InnerSums sums;
-  for (int i = 0; i < kInnerUnknowns; ++i) {
+  for (int i = 0; i < Unknowns; ++i) {
     const auto row = static_cast<std::size_t>(i);
-    for (int k = i; k < kInnerUnknowns; ++k)
+    for (int k = i; k < Unknowns; ++k)
       sums.information(i, k) = sums.information(k, i) =
           static_cast<double>(information[row][static_cast<std::size_t>(k)].sum());
     sums.gradient[i] = static_cast<double>(gradient[row].sum());
@@ -176,5 +202,8 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
   sums.pixels = static_cast<double>(count.sum());
   return sums;
 }
+
+template InnerSums sum_up<kUnknownsOnBorder>(const InnerPixels&, const InnerVector&, double, double);
+template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const InnerVector&, double, double);
 
 }  // namespace waymark::refinement

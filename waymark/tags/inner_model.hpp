@@ -22,9 +22,14 @@ enum InnerUnknown : std::uint8_t {
   kShiftS,  ///< of the pattern beside the place that the border gives it, in blurs
   kShiftT,
   kStretchS,  ///< the same, growing from the middle to what it is at s = 1
-  kStretchT
+  kStretchT,
+  kShearS,  ///< the same, of the lines between columns, growing along t; of those between rows along s
+  kShearT,
+  kTaperS,  ///< of the stretch, growing likewise
+  kTaperT
 };
-constexpr int kInnerUnknowns = kStretchT + 1;
+constexpr int kInnerUnknowns = kTaperT + 1;
+constexpr int kUnknownsOnBorder = kStretchT + 1;  ///< of a pattern that lies as the border does
 using InnerVector = Eigen::Matrix<double, kInnerUnknowns, 1>;
 using InnerMatrix = Eigen::Matrix<double, kInnerUnknowns, kInnerUnknowns>;
 
@@ -36,10 +41,14 @@ struct InnerSums {
   double pixels = 0;
 };
 
-/// Which way the middle of white lies from an edge of the border: 1 outwards, -1 inwards (reversed border).
-/// Residuals larger than `trusted` [grey level] count less. O(pixels).
+/// `outwards`: which way the middle of white lies from an edge of the border: 1 outwards, -1 inwards
+/// (reversed border). Residuals larger than `trusted` [grey level] count less. With kUnknownsOnBorder
+/// unknowns the pattern turns as light turned the border's edges; with all, as those unknowns say. O(pixels).
+template <int Unknowns>
 [[nodiscard]] InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outwards,
                                double trusted);
+extern template InnerSums sum_up<kUnknownsOnBorder>(const InnerPixels&, const InnerVector&, double, double);
+extern template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const InnerVector&, double, double);
 
 /// Standard deviation of the blur [px], mean of both axes.
 [[nodiscard]] double mean_blur_px(const InnerVector& x);

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/samples/corners.hpp"
+#include "waymark/tags/bit_placement.hpp"
 #include "waymark/tags/corner_covariance.hpp"
 #include "waymark/tags/expected_bends.hpp"
 #include "waymark/tags/inner_correction.hpp"
@@ -113,7 +114,8 @@ void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& e
 /// (covered, or joined to what lies behind the tag), it is not believed; where they nearly do, less (after
 /// the scale factor of the Particle Data Group, "Review of particle physics", section 5.2.2; squared, as its
 /// first power was measured too small where the white margin is a quarter of a cell).
-RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, RefinedCorners& result) {
+RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool& border_in_doubt,
+                          RefinedCorners& result) {
   constexpr double kContradictionSigmas = 4;
   constexpr double kAgreementSigmas = 2.5;
   if (!(inner.worst_sigmas < kContradictionSigmas)) return RefinementOutcome::PoorFit;
@@ -123,13 +125,14 @@ RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, Refi
     result.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
   const Eigen::Matrix<double, 8, 8> added = J * inner.covariance_px2 * J.transpose();
   const double apart = std::max(1.0, inner.worst_sigmas / kAgreementSigmas);
+  border_in_doubt = apart > 1.0;
   const double scale = apart * apart;
   result.covariance_px2 = scale * scale * (result.covariance_px2 + 0.5 * (added + added.transpose()));
   return RefinementOutcome::Refined;
 }
 
 RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const RefinementOptions& options,
-                      const CameraModel* camera, RefinedCorners& result) {
+                      const CameraModel* camera, bool& border_in_doubt, RefinedCorners& result) {
   const std::array<Surroundings, 4> near = tag_surroundings(detection.tag);
   const int cells = near[0].cells;
   TagBands tag;
@@ -168,7 +171,7 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
   result.noise = std::sqrt(estimate.noise_variance);
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
-  return correct(inner_correction(image, detection.tag, tag, estimate), tag, result);
+  return correct(inner_correction(image, detection.tag, tag, estimate), tag, border_in_doubt, result);
 }
 
 RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& options,
@@ -182,6 +185,12 @@ RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& 
   const double largest = result.covariance_px2.diagonal().maxCoeff();
   if (!(largest < options.unrefined_sigma_px * options.unrefined_sigma_px)) return RefinementOutcome::PoorFit;
   return RefinementOutcome::Refined;
+}
+
+/// Whether the bits inside may tell what the border did not.
+bool bits_may_tell(RefinementOutcome outcome) {
+  return outcome == RefinementOutcome::TooLittleSeen || outcome == RefinementOutcome::LowContrast ||
+         outcome == RefinementOutcome::PoorFit || outcome == RefinementOutcome::MovedTooFar;
 }
 
 }  // namespace
@@ -212,15 +221,22 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
                               const RefinementOptions& options, const CameraModel* camera) {
   RefinedCorners result;
   double unrefined_sigma_px = options.unrefined_sigma_px;
+  bool border_in_doubt = false;
   const bool known = usable(image, detection);
   if (known && cut_by_border(image, detection, options.border_px)) {
     result.outcome = RefinementOutcome::CutByBorder;
     const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
     unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
-    result.outcome = fit(image, detection, options, camera, result);
+    result.outcome = fit(image, detection, options, camera, border_in_doubt, result);
   }
   if (result.refined()) result.outcome = judge(detection, options, result);
+  if (border_in_doubt || bits_may_tell(result.outcome)) {
+    const auto placed = place_by_bits(image, detection, options, camera);
+    if (placed && judge(detection, options, *placed) == RefinementOutcome::Refined &&
+        (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
+      return *placed;
+  }
   if (result.refined()) return result;
   RefinedCorners kept;
   kept.outcome = result.outcome;

@@ -91,6 +91,9 @@ struct RefinedCorners {
       0;  ///< [grey level] fitted step from the border to its surroundings, negative for reversed families
   double noise = 0;  ///< [grey level] root mean square residual, taken as the image's noise
   int pixels = 0;    ///< used
+  /// The border contradicts the bits inside (it is covered, glossy, or its white margin is too narrow): the
+  /// corners are from the bits alone.
+  bool by_bits = false;
 
   [[nodiscard]] bool refined() const { return outcome == RefinementOutcome::Refined; }
 };
