@@ -112,7 +112,7 @@ double farthest_px(const Quad& a, const Quad& b) {
 std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options, const CameraModel* camera) {
   constexpr int kMaxPasses = 6;
-  constexpr double kMostResidual = 0.05;  // of the step: under gloss that lies over bits, too, it is larger
+  constexpr double kMostResidual = 0.04;  // of the step: under gloss that lies over bits, too, it is larger
   constexpr double kMostCells = 0.4;      // half a cell further other bits would be read
   const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
