@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 #include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 
@@ -38,6 +40,20 @@ std::string leading_comment(std::string_view yaml) {
 std::string first_sentence(const std::string& text) {
   const std::size_t end = text.find(". ");
   return end == std::string::npos ? text : text.substr(0, end + 1);
+}
+
+Result<CommentedRobot> read_commented_robot(const std::filesystem::path& path) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+  auto robot = read_robot(path);
+  if (!robot) return tl::unexpected(robot.error());
+  const auto text = read_text_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return CommentedRobot{std::move(*robot), leading_comment(*text)};
+}
+
+Result<RobotDescription> read_named_robot(const std::string& name) {
+  const auto path = find_shared("robots", name);
+  return path ? read_robot(*path) : tl::unexpected(path.error());
 }
 
 }  // namespace waymark

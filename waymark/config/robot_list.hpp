@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
+#include "waymark/config/robot_file.hpp"
 
 namespace waymark {
 
@@ -22,5 +23,15 @@ struct ListedFile {
 [[nodiscard]] std::string leading_comment(std::string_view yaml);
 /// Its first sentence.
 [[nodiscard]] std::string first_sentence(const std::string& text);
+
+/// A robot and what its file says in words: leading_comment().
+struct CommentedRobot {
+  RobotDescription robot;
+  std::string comment{};
+};
+[[nodiscard]] Result<CommentedRobot> read_commented_robot(const std::filesystem::path& path);
+
+/// The robot of this name, or of the file at this path.
+[[nodiscard]] Result<RobotDescription> read_named_robot(const std::string& name);
 
 }  // namespace waymark

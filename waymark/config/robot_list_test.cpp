@@ -4,9 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/text_file.hpp"
-
 namespace waymark {
 namespace {
 
@@ -15,13 +12,13 @@ TEST(RobotList, EveryRobotThatComesWithWaymarkIsReadAndSaysWhatItIs) {
   ASSERT_TRUE(robots) << to_string(robots.error());
   ASSERT_GE(robots->size(), 6U);
   for (const ListedFile& listed : *robots) {
-    const auto robot = read_robot(listed.path);
-    ASSERT_TRUE(robot) << to_string(robot.error());
-    EXPECT_EQ(robot->model.name, listed.name) << "one name, by which it is found";
-    const auto text = read_text_file(listed.path, 1 << 20);
-    ASSERT_TRUE(text);
-    EXPECT_GT(first_sentence(leading_comment(*text)).size(), 20U) << listed.name;
+    const auto shown = read_commented_robot(listed.path);
+    ASSERT_TRUE(shown) << to_string(shown.error());
+    EXPECT_EQ(shown->robot.model.name, listed.name) << "one name, by which it is found";
+    EXPECT_EQ(read_named_robot(listed.name)->model.name, listed.name);
+    EXPECT_GT(first_sentence(shown->comment).size(), 20U) << listed.name;
   }
+  EXPECT_FALSE(read_named_robot("no such robot"));
   EXPECT_TRUE(std::ranges::is_sorted(*robots, {}, &ListedFile::name));
 }
 

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <utility>
 
@@ -77,6 +78,20 @@ Status check_format_holds(const CalibrateCameraJob& job, LensModel lens) {
   return fail(ErrorCode::InvalidArgument, text.error().message, {.key = "--lens"}, text.error().hint);
 }
 
+/// The ending of the output must not promise another format.
+Status check_ending(const CalibrateCameraJob& job) {
+  const std::filesystem::path output(job.output);
+  if (job.output.empty() || is_device(job.output)) return {};
+  const std::string ending = output.extension().string();
+  const bool yaml = ending == ".yaml" || ending == ".yml";
+  const bool json = ending == ".json" && (job.format.empty() || job.format == "photonvision");
+  if (json || (yaml && job.format != "photonvision")) return {};
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("{} is no name for a calibration{}", job.output,
+                          job.format.empty() ? "" : " of the format " + job.format),
+              {.key = "--output"}, "End it in .yaml, or in .json for PhotonVision.");
+}
+
 }  // namespace
 
 const std::vector<std::string>& calibration_formats() {
@@ -85,6 +100,7 @@ const std::vector<std::string>& calibration_formats() {
 }
 
 Status check_outputs(const CalibrateCameraJob& job) {
+  if (const Status fits = check_ending(job); !fits) return fits;
   if (const Status free =
           job.output.empty() || format_of(job) != "waymark" ? Status() : check_calibration_place(job.output);
       !free)

@@ -35,5 +35,18 @@ TEST(FitOptions, WhatIsNotTriedIsNamed) {
   EXPECT_EQ(words_of_untried_lenses(chosen), "");
 }
 
+TEST(CheckOutputs, AnEndingPromisesNoOtherFormat) {
+  for (const CalibrateCameraJob& job :
+       {job_of("x.txt"), job_of("x.json", "ros"), job_of("x.yaml", "photonvision")})
+    EXPECT_THAT(to_string(check_outputs(job).error()), HasSubstr("is no name for a calibration"))
+        << job.output;
+  for (const CalibrateCameraJob& job :
+       {job_of("x.yml"), job_of("x.json"), job_of("x.yaml", "ros"), job_of("")})
+    EXPECT_TRUE(check_outputs(job)) << job.output;
+  EXPECT_EQ(to_string(check_outputs(job_of("x.txt", "ros")).error()),
+            "(--output): x.txt is no name for a calibration of the format ros. End it in .yaml, or in .json "
+            "for PhotonVision.");
+}
+
 }  // namespace
 }  // namespace waymark

@@ -58,6 +58,26 @@ Result<DescribedCamera> read_camera(const CameraDescription& description) {
   return read;
 }
 
+Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera,
+                                                 const std::vector<std::string>& tag_sizes) {
+  const bool named = !camera.name.empty();
+  if (camera.file.empty() && (named || !camera.size.empty()))
+    return fail(ErrorCode::InvalidArgument, "no file is given in which this camera is described",
+                {.key = named ? "--camera-name" : "--camera-size"},
+                "Give --camera camera.yaml and --tag-size-m 0.16, or leave it out.");
+  if (camera.file.empty() && tag_sizes.empty()) return std::optional<PoseSetup>();
+  if (camera.file.empty() || tag_sizes.empty()) {
+    return fail(ErrorCode::InvalidArgument, "poses need both the camera and the size of the tags",
+                {.key = camera.file.empty() ? "--camera" : "--tag-size-m"},
+                "Give --camera camera.yaml and --tag-size-m 0.16 (the side of the black square in metres).");
+  }
+  Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
+  if (!sizes) return tl::unexpected(sizes.error());
+  const Result<DescribedCamera> described = read_camera(camera);
+  if (!described) return tl::unexpected(described.error());
+  return std::optional<PoseSetup>(PoseSetup{described->camera, std::move(*sizes)});
+}
+
 Status check_picture_size(const CameraModel& camera, int width_px, int height_px) {
   Status fits = check_camera_matches_image(camera, width_px, height_px);
   if (fits) return fits;

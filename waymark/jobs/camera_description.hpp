@@ -2,10 +2,12 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/jobs/poses.hpp"
 
 namespace waymark {
 
@@ -28,6 +30,11 @@ struct DescribedCamera {
 
 /// Reads the file. Errors name the flag at fault (--camera-size), or the file.
 [[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
+
+/// What poses need, of a camera and sizes as parse_tag_sizes() has them; nothing where neither is given.
+/// Fails also where only one of them is.
+[[nodiscard]] Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera,
+                                                               const std::vector<std::string>& tag_sizes);
 
 /// Fails (Unsupported) when pictures of this size are none of this camera.
 [[nodiscard]] Status check_picture_size(const CameraModel& camera, int width_px, int height_px);

@@ -43,6 +43,17 @@ TEST_F(Described, IsAsTheFileSays) {
   EXPECT_DOUBLE_EQ(read_camera(said_)->readout_s, -0.012);
 }
 
+TEST_F(Described, PosesNeedItAndTheSizeOfTheTags) {
+  const auto poses = described_poses(said_, {"0.16"});
+  ASSERT_TRUE(poses && *poses);
+  EXPECT_EQ((*poses)->camera, camera_);
+  EXPECT_EQ((*poses)->sizes.default_size_m, 0.16);
+  EXPECT_FALSE(described_poses({}, {}).value()) << "no pose was asked for";
+  EXPECT_THAT(to_string(described_poses(said_, {}).error()), HasSubstr("(--tag-size-m): poses need both"));
+  EXPECT_THAT(to_string(described_poses({}, {"0.16"}).error()), HasSubstr("(--camera): poses need both"));
+  EXPECT_THAT(to_string(described_poses({.name = "left"}, {"0.16"}).error()), HasSubstr("(--camera-name)"));
+}
+
 TEST_F(Described, IsScaledWhenAsked) {
   said_.size = "1280x960";
   const auto read = read_camera(said_);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/recording/picture_recording.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -94,6 +95,12 @@ Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& fin
   });
   if (!written) return tl::unexpected(written.error());
   return found;
+}
+
+std::string to_text(const ConvertVideoJob& job, const VideoTags& found) {
+  return fmt::format("{} ({}, {} x {} px) to {}: {}, {}\n", job.input, found.info.codec, found.info.width_px,
+                     found.info.height_px, job.output, counted(found.pictures, "picture"),
+                     counted(found.tags, "tag"));
 }
 
 nlohmann::ordered_json to_json(const ConvertVideoJob& job, const VideoTags& found) {

@@ -55,6 +55,7 @@ using TakeTagPicture = std::function<Status(const ImageView& picture, const TagF
 /// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
 [[nodiscard]] Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
                                               const JobControl& control);
+[[nodiscard]] std::string to_text(const ConvertVideoJob& job, const VideoTags& found);
 [[nodiscard]] nlohmann::ordered_json to_json(const ConvertVideoJob& job, const VideoTags& found);
 
 }  // namespace waymark

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <system_error>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -130,6 +131,13 @@ Result<World> read_line(const std::string& path, const JobControl& control) {
     return fail(ErrorCode::InvalidArgument, "no line of three points or more that are 0.15 m apart",
                 {.source = path});
   return world;
+}
+
+Status check_new_world(const std::string& output) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(output, ignored)) return check_output_file(output);
+  return fail(ErrorCode::InvalidArgument, "the file exists", {.source = output},
+              "Choose another name, or remove it.");
 }
 
 Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control) {

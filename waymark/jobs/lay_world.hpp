@@ -19,6 +19,9 @@ struct LayWorldJob {
   TagLayoutOptions layout{};
 };
 
+/// Fails where a file stands already under the name of the world, or none can be written.
+[[nodiscard]] Status check_new_world(const std::string& output);
+
 struct LayWorldReport {
   World world{};
   WorldCheck check{};

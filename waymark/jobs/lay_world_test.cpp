@@ -150,6 +150,15 @@ TEST(BuiltInWorlds, AreSeenByTheCornerCameraAsBeforePapersHidTags) {
   }
 }
 
+TEST(NewWorld, IsNotWrittenOverAFile) {
+  const auto folder = testing::fresh_folder("jobs_new_world");
+  EXPECT_TRUE(check_new_world((folder / "a.yaml").string()));
+  ASSERT_TRUE(write_text_file(folder / "a.yaml", "x"));
+  EXPECT_THAT(to_string(check_new_world((folder / "a.yaml").string()).error()),
+              HasSubstr("a.yaml: the file exists. Choose another name, or remove it."));
+  EXPECT_FALSE(check_new_world("/nowhere/a.yaml"));
+}
+
 TEST(ExperimentSummary, SumsOverSeedsInTheOrderOfTheRuns) {
   const auto run = [](const char* cell, std::uint64_t seed, bool finished, double rmse_m) {
     ExperimentRun made{.cell = cell, .seed = seed, .finished = finished, .ending = "stopped"};

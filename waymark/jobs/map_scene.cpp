@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/suggest.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/tagslam_folder.hpp"
 #include "waymark/config/tagslam_write.hpp"
@@ -173,6 +174,19 @@ nlohmann::ordered_json to_json(const std::vector<FoundIntrinsics>& found, const 
 }
 
 }  // namespace
+
+Status describe_scene(const std::string& model, bool free_intrinsics, MapSceneJob& job) {
+  const std::vector<std::string> models = {"waymark", "tagslam"};
+  if (std::ranges::find(models, model) == models.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", model), {.key = "--model"},
+                suggestion(model, models));
+  if (free_intrinsics && model == "tagslam")
+    return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
+                {.key = "--free-intrinsics"}, "Leave it out, or leave out --model tagslam.");
+  job.options.model = model == "tagslam" ? SceneModel::Tagslam : SceneModel::Waymark;
+  job.options.free_intrinsics = free_intrinsics;
+  return {};
+}
 
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
   const Stopwatch watch;

@@ -21,6 +21,10 @@ struct MapSceneJob {
   SceneMapOptions options{};
 };
 
+/// Gives the job the model of this name ("waymark", "tagslam"), and cameras that are adjusted too. Errors
+/// name the flag of `waymark map` at fault.
+[[nodiscard]] Status describe_scene(const std::string& model, bool free_intrinsics, MapSceneJob& job);
+
 struct MapSceneReport {
   SceneMap map{};
   std::optional<CostAtValues> against{};

@@ -12,6 +12,8 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/jobs/figure_files.hpp"
 #include "waymark/jobs/route_files.hpp"
@@ -86,6 +88,13 @@ std::string drive_command(const OptimizeJob& job) {
   return command;
 }
 
+Result<OptimizerOptions> read_weights(const std::string& path) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 16U;
+  const auto text = read_text_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_fields<OptimizerOptions>(*text, path);
+}
+
 Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   const fs::path folder = job.folder;
   if (Status there = check_map_folder(folder); !there) return tl::unexpected(there.error());
@@ -110,6 +119,11 @@ Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   const Status status = write_route_files(job, *taught, map->tags, result);
   if (!status) return tl::unexpected(status.error());
   return result;
+}
+
+std::string to_text(const OptimizeJob& job, const OptimizeReport& report) {
+  return to_text(report.found) +
+         fmt::format("{}: drive it with `{}`\n", report.files.front(), drive_command(job));
 }
 
 nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report) {

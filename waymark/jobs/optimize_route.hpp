@@ -17,6 +17,9 @@ struct OptimizeJob {
   ProfileOptions profile{};
 };
 
+/// The options of the optimisation in a .yaml file.
+[[nodiscard]] Result<OptimizerOptions> read_weights(const std::string& path);
+
 struct OptimizeReport {
   OptimizedRoute found{};
   std::vector<std::string> files{};      ///< that were written
@@ -30,6 +33,8 @@ struct OptimizeReport {
 [[nodiscard]] std::string drive_command(const OptimizeJob& job);
 /// The taught route and the optimised one side by side.
 [[nodiscard]] std::string to_text(const OptimizedRoute& found);
+/// The same of a report, with the file and the command that drives it.
+[[nodiscard]] std::string to_text(const OptimizeJob& job, const OptimizeReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report);
 
 }  // namespace waymark

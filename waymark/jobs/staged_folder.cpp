@@ -117,6 +117,11 @@ Status check_output_file(const fs::path& file) {
   return {};
 }
 
+bool is_device(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
+}
+
 Status check_new_file(const fs::path& file, bool replace) {
   std::error_code ignored;
   if (!replace && fs::is_regular_file(file, ignored))

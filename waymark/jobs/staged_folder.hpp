@@ -19,6 +19,9 @@ namespace waymark {
 /// The same of a file that is not there yet, unless it is to be replaced (--force).
 [[nodiscard]] Status check_new_file(const std::filesystem::path& file, bool replace);
 
+/// Whether something stands there that is no regular file: a terminal, /dev/null, a pipe.
+[[nodiscard]] bool is_device(const std::filesystem::path& path);
+
 /// Moves what stands there under this name aside (NAME.1.yaml, or the next number that is free), unless it is
 /// this text. The new name; empty where nothing moved.
 [[nodiscard]] Result<std::string> move_aside(const std::filesystem::path& file, const std::string& text);

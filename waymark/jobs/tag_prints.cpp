@@ -1,9 +1,13 @@
 #include "waymark/jobs/tag_prints.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/counted.hpp"
+#include "waymark/base/suggest.hpp"
 #include "waymark/media/board_finder.hpp"
 
 namespace waymark {
@@ -32,6 +36,23 @@ Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions optio
   if (!markers) return tl::unexpected(markers.error());
   options.markers = *std::move(markers);
   return plot::layout_square_board(options);
+}
+
+Status check_board_style(const std::string& style) {
+  const std::vector<std::string> styles = {"aprilgrid", "separate", "chessboard", "charuco"};
+  if (std::ranges::find(styles, style) != styles.end()) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown board style '{}'", style.substr(0, 60)),
+              {.key = "style"}, suggestion(style, styles));
+}
+
+Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr) {
+  auto layout = plot::layout_board(options);
+  if (!layout) return tl::unexpected(layout.error());
+  if (!kalibr) return PlannedBoard{std::move(*layout), {}};
+  auto target = plot::kalibr_target(options);
+  if (target) return PlannedBoard{std::move(*layout), std::move(*target)};
+  target.error().place.key = "--kalibr-yaml";
+  return tl::unexpected(std::move(target.error()));
 }
 
 std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files) {

@@ -20,6 +20,17 @@ namespace waymark {
 /// printed_markers() and layout_square_board().
 [[nodiscard]] Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions options);
 
+/// Fails on a style that is neither one of tags (plot::BoardStyle) nor of squares (BoardKind).
+[[nodiscard]] Status check_board_style(const std::string& style);
+
+/// A board of tags on its page, and what Kalibr reads of it.
+struct PlannedBoard {
+  plot::BoardLayout layout;
+  std::string kalibr_target;  ///< empty when it was not asked for
+};
+/// Errors: those of layout_board(); of kalibr_target() with the key --kalibr-yaml.
+[[nodiscard]] Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr);
+
 [[nodiscard]] std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files);
 [[nodiscard]] nlohmann::ordered_json to_json(const plot::BoardLayout& layout,
                                              const std::vector<std::string>& files);

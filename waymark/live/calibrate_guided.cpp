@@ -9,9 +9,12 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/jobs/detect_all.hpp"
+#include "waymark/jobs/picture_files.hpp"
 #include "waymark/live/camera_address.hpp"
 #include "waymark/live/camera_page.hpp"
 #include "waymark/live/camera_watch.hpp"
+#include "waymark/media/video_format.hpp"
+#include "waymark/recording/log_formats.hpp"
 
 namespace waymark {
 namespace {
@@ -110,6 +113,17 @@ Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobCont
 }
 
 }  // namespace
+
+Status check_guided_sources(const CalibrateCameraJob& job) {
+  for (const Input& input : find_inputs(job.sources, job.recursive))
+    if (!input.error && !looks_like_recording(input.path) && !looks_like_video(input.path))
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("{} is a picture: a guided calibration takes its views from a live camera, a "
+                              "video or a recording",
+                              input.path),
+                  {.key = "--guided"}, "Leave --guided out: all pictures are used.");
+  return {};
+}
 
 Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, const JobControl& control) {
   if (const std::string words = words_of_untried_lenses(run.job); !words.empty()) control.note(words);

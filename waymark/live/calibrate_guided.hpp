@@ -18,6 +18,10 @@ struct GuidedRun {
   PageOptions page{};
 };
 
+/// Fails on pictures of their own among the sources: a guided calibration chooses among pictures that follow
+/// each other.
+[[nodiscard]] Status check_guided_sources(const CalibrateCameraJob& job);
+
 /// Takes views until they tell the camera well enough, the source ends, or control cancels; then the
 /// calibration by all of them. How far it is are progress and notes.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, const JobControl& control);

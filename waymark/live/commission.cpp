@@ -1,6 +1,7 @@
 #include "waymark/live/commission.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <filesystem>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/live/first_drive.hpp"
+#include "waymark/live/typed_line.hpp"
 
 namespace waymark {
 namespace {
@@ -93,6 +95,24 @@ std::string commission_file(const RobotSetup& setup) {
   std::error_code ignored;
   const bool ours = shared && fs::equivalent(*shared, path, ignored);
   return ours ? path.filename().string() : path.string();
+}
+
+CommissionPerson person_at_terminal(const JobControl& control) {
+  CommissionPerson person;
+  person.there = true;
+  person.ready = [control](const std::string& words) -> Status {
+    control.note(words + " Then press Enter (Ctrl-C ends).");
+    const auto line = typed_line(control.cancelled);
+    return line ? Status() : tl::unexpected(line.error());
+  };
+  person.saw = [control](const std::string& question) -> Seen {
+    control.note(question + " y or n, Enter where you did not see it");
+    const auto line = typed_line(control.cancelled);
+    if (!line || line->empty()) return {};
+    const int answer = std::tolower(static_cast<unsigned char>(line->front()));
+    return answer == 'y' ? Seen(true) : answer == 'n' ? Seen(false) : Seen();
+  };
+  return person;
 }
 
 Result<CommissionReport> commission(const RobotSetup& setup, const CommissionJob& job,

@@ -30,6 +30,9 @@ struct CommissionPerson {
   std::function<Seen(const std::string& question)> saw = [](const std::string&) { return Seen(); };
 };
 
+/// Who sits at the terminal: asked by notes, answers are lines of standard input.
+[[nodiscard]] CommissionPerson person_at_terminal(const JobControl& control);
+
 /// A verdict and when it was found: lifted, stops, floor.
 struct CommissionFinding {
   std::string step{};

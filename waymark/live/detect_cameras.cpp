@@ -5,6 +5,9 @@
 #include <thread>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "waymark/base/counted.hpp"
 #include "waymark/live/camera_address.hpp"
 #include "waymark/live/camera_page.hpp"
 
@@ -69,6 +72,13 @@ class CameraDetection {
 };
 
 }  // namespace
+
+std::string to_text(const DetectedCamera& camera, bool several) {
+  const CameraWatchEnd& end = *camera.end;
+  return fmt::format("{}{} in {:.1f} s, {}; {} dropped for newer ones, {} lost by the driver, {} damaged",
+                     several ? camera.address + ": " : "", counted(end.pictures, "picture"), end.seconds,
+                     counted(end.tags, "tag"), end.counts.dropped, end.counts.lost, end.counts.damaged);
+}
 
 Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job, const TagFinder& finder,
                                                    const JobControl& control) {

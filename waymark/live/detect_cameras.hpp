@@ -27,6 +27,10 @@ struct DetectedCamera {
   Result<CameraWatchEnd> end{};
 };
 
+/// Pictures, tags and what was lost, in a sentence; the address of one of `several` goes before. Of a camera
+/// that did not fail.
+[[nodiscard]] std::string to_text(const DetectedCamera& camera, bool several);
+
 /// Finds the tags of all cameras until each has ended. Several have a thread each; what they call (on_picture
 /// and the control) is called by one after the other. Fails where one of them, or the page, cannot be opened.
 [[nodiscard]] Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job,

@@ -1,5 +1,6 @@
 #include "waymark/live/inputs.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -44,6 +45,11 @@ Result<std::unique_ptr<OperatorInput>> make_input(const std::string& name, doubl
 }  // namespace
 
 std::vector<std::string> lap_drivers() { return {"scripted", "keyboard", "gamepad"}; }
+
+Status check_lap_driver(const std::string& name) {
+  const std::vector<std::string> known = lap_drivers();
+  return std::ranges::find(known, name) != known.end() ? Status() : no_driver(name, known);
+}
 
 Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, double speed_m_s,
                                                    const SimulatedSetup& setup) {

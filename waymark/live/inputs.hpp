@@ -16,6 +16,8 @@ class LiveFeed;
 
 /// The names of lap drivers: scripted, keyboard, gamepad.
 [[nodiscard]] std::vector<std::string> lap_drivers();
+/// Fails on a name that is none of them.
+[[nodiscard]] Status check_lap_driver(const std::string& name);
 /// Who drives a lap, by name; a person drives in real time. Fails on an unknown name, without a terminal,
 /// without a pad, and for a script without a line to drive.
 [[nodiscard]] Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, double speed_m_s,

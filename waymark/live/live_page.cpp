@@ -123,6 +123,20 @@ Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const
   return view;
 }
 
+Result<std::unique_ptr<LivePage>> LivePage::open(const ViewerOptions& viewers, const RobotSetup& setup,
+                                                 const JobControl& control) {
+  if (viewers.ros2) return start_ros2(setup, viewers.ros_distro);
+  if (!viewers.view) return std::unique_ptr<LivePage>();
+  return start(viewers.page, setup, control);
+}
+
+Result<std::unique_ptr<LivePage>> LivePage::open(const ViewerOptions& viewers, const std::string& name,
+                                                 const JobControl& control) {
+  if (viewers.ros2) return start_ros2(viewers.ros_distro);
+  if (!viewers.view) return std::unique_ptr<LivePage>();
+  return start(viewers.page, name, control);
+}
+
 LivePage::~LivePage() {
   over_ = true;
   if (thread_.joinable()) thread_.join();

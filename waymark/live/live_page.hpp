@@ -24,6 +24,14 @@ struct PageOptions {
   bool open = false;       ///< in the browser
 };
 
+/// Who may watch a session while it runs, if anybody.
+struct ViewerOptions {
+  bool view = false;         ///< in the browser ...
+  bool ros2 = false;         ///< ... or on the network of ROS 2,
+  std::string ros_distro{};  ///< in the node list of this release; empty: in none
+  PageOptions page{};
+};
+
 /// Options of the server; a server that others reach, or that shows a robot (`live`), gets a token where none
 /// is given. Fails on a token that is too weak.
 [[nodiscard]] Result<ServerOptions> server_options(const PageOptions& page, bool live);
@@ -51,6 +59,12 @@ class LivePage {
   /// The page of whatever fills the feed, by name.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const std::string& name,
                                                  const JobControl& control);
+  /// Whichever the options ask for; nullptr where nobody is to watch.
+  static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const RobotSetup& setup,
+                                                const JobControl& control);
+  /// The same of whatever fills the feed, by name, such as a live camera.
+  static Result<std::unique_ptr<LivePage>> open(const ViewerOptions& viewers, const std::string& name,
+                                                const JobControl& control);
   ~LivePage();
   LivePage(const LivePage&) = delete;
   LivePage& operator=(const LivePage&) = delete;

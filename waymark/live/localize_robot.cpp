@@ -111,7 +111,7 @@ Result<RobotSetup> load_listening_robot(const std::string& robot, const std::str
   std::error_code ignored;
   const auto folder = std::filesystem::is_directory(map, ignored) ? map : map.parent_path();
   std::string file = robot_file;
-  if (file.empty() && std::filesystem::exists(folder / "robot.yaml", ignored)) file = folder / "robot.yaml";
+  if (file.empty()) file = robot_file_in(folder);
   auto setup = load_kind(robot, {}, file, 1);
   if (!setup || !*setup) return setup ? std::move(*setup) : tl::unexpected(Error{});
   if (Status added = add_live_cameras(camera_sources, **setup); !added) return tl::unexpected(added.error());

@@ -77,6 +77,28 @@ Result<LocalizationKind> parse_replay_method(const std::string& name) {
               suggestion(name, known));
 }
 
+Status choose_replay(const std::string& method, const std::string& controller, ReplayJob& job) {
+  const Result<LocalizationKind> by = parse_replay_method(method);
+  if (!by) return tl::unexpected(by.error());
+  job.method = *by;
+  Result<ReplayController> steered_by = parse_controller(controller);
+  if (!steered_by) {
+    steered_by.error().place.key = "--controller";
+    return tl::unexpected(std::move(steered_by.error()));
+  }
+  job.replay.controller = *steered_by;
+  if (job.replay.laps > 0 && job.replay.laps <= 1000) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 1000]", job.replay.laps),
+              {.key = "--laps"});
+}
+
+Status check_recording(const ReplayJob& job, const RobotSetup& setup) {
+  if (!job.images.empty() && job.output.empty())
+    return fail(ErrorCode::InvalidArgument, "nothing is recorded", {.key = "--record-images"},
+                "Add -o FILE.");
+  return check_recorded_images(setup.may_have_pictures(), job.images);
+}
+
 Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control) {
   Result<MapFolder> folder = read_map_and_route(job.folder, job.route);
   if (!folder) return tl::unexpected(folder.error());

@@ -43,6 +43,11 @@ struct ReplayJob {
 /// of the past.
 [[nodiscard]] Result<LocalizationKind> parse_replay_method(const std::string& name);
 
+/// Gives the job the method and the controller of these names. Fails also on a number of laps that cannot be.
+[[nodiscard]] Status choose_replay(const std::string& method, const std::string& controller, ReplayJob& job);
+/// Fails on what a recording is asked to hold, where none is written or there are no pictures.
+[[nodiscard]] Status check_recording(const ReplayJob& job, const RobotSetup& setup);
+
 /// What a replay needs from its files.
 struct ReplayFiles : MapFolder {
   Trajectory taught{};  ///< the true way of the teach lap; empty when not known

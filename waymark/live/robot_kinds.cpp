@@ -101,6 +101,18 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
   return std::nullopt;
 }
 
+Result<RobotSetup> load_robot(const std::string& robot, const std::string& world,
+                              const std::string& robot_file, std::uint64_t seed, bool processes) {
+  if (processes && is_robot_kind(robot)) return *load_kind(robot, world, robot_file, seed);
+  if (robot != "sim")
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot), {.key = "--robot"},
+                suggestion(robot, robot_kind_names(processes)));
+  if (world.empty())
+    return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
+                {.key = "--world"}, "For example --world circuit24.");
+  return load_setup(world, robot_file, seed);
+}
+
 std::vector<std::string> robot_kind_names(bool processes) {
   std::vector<std::string> names = {"sim"};
   if (!processes) return names;

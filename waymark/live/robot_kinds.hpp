@@ -49,6 +49,11 @@ struct RobotKind {
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                                           const std::string& robot_file, std::uint64_t seed);
 
+/// The setup of `--robot`: "sim", which drives in a world, or, with `processes`, KIND:ADDRESS.
+[[nodiscard]] Result<RobotSetup> load_robot(const std::string& robot, const std::string& world,
+                                            const std::string& robot_file, std::uint64_t seed,
+                                            bool processes);
+
 /// Gives the setup of a robot that is a process the cameras of --camera-source: [NAME=]ADDRESS each.
 [[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
 

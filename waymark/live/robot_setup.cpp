@@ -1,5 +1,6 @@
 #include "waymark/live/robot_setup.hpp"
 
+#include <system_error>
 #include <utility>
 
 #include "waymark/config/share.hpp"
@@ -65,6 +66,12 @@ Result<RobotSetup> load_setup(const std::string& world_name, const std::string& 
                     .robot_yaml = robot_text->text,
                     .robot_path = robot_text->path,
                     .commissioned = robot->commissioned};
+}
+
+std::string robot_file_in(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "robot.yaml";
+  std::error_code ignored;
+  return std::filesystem::exists(file, ignored) ? file.string() : std::string();
 }
 
 }  // namespace waymark

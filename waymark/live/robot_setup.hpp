@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@ struct RobotSetup {
   CommissionGround ground{};                       ///< what a commission of this robot rests on
   std::string usual_robot_file{};  ///< of --robot, where another was named instead; empty: none
 
+  /// Whether it has pictures, or may have some: a robot that is a process says so itself.
+  [[nodiscard]] bool may_have_pictures() const { return simulated.pictures || !process.empty(); }
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot, simulated.camera_name,
             simulated.more_cameras};
@@ -45,5 +48,8 @@ struct RobotSetup {
 /// a robot: the one that the world names, else limo.
 [[nodiscard]] Result<RobotSetup> load_setup(const std::string& world, const std::string& robot_file,
                                             std::uint64_t seed);
+
+/// robot.yaml of a map's folder, where it is there; else empty.
+[[nodiscard]] std::string robot_file_in(const std::filesystem::path& folder);
 
 }  // namespace waymark

@@ -68,6 +68,12 @@ Status fit_to_wire(SimWire wire, SimulatedSetup& setup) {
               {.key = "--gazebo"}, "Add --images.");
 }
 
+std::optional<RobotCommand> plant_command(const std::string& word) {
+  constexpr std::string_view kProcess = "process:";
+  if (!word.starts_with(kProcess) || word.size() == kProcess.size()) return std::nullopt;
+  return RobotCommand(word.substr(kProcess.size()));
+}
+
 Result<std::unique_ptr<Plant>> make_plant(SimWire wire, const RobotSetup& setup, const JobControl& control) {
   if (setup.process.empty()) return at_begin_of_line(setup.simulated);
   return start_process_plant(setup.process, {.sends = lines_of(wire),

@@ -2,9 +2,11 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "waymark/drivers/dds/bus.hpp"
+#include "waymark/drivers/watchdog/robot_command.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/limo_robot_sim.hpp"
 #include "waymark/live/mbot_robot_sim.hpp"
@@ -35,6 +37,9 @@ struct RobotSimJob {
 /// Gives the robot of the simulator what the real one on this wire has. Fails where the setup does not have
 /// what the wire carries.
 [[nodiscard]] Status fit_to_wire(SimWire wire, SimulatedSetup& setup);
+
+/// The program behind the wire, named as "process:CMD"; nothing where it is not.
+[[nodiscard]] std::optional<RobotCommand> plant_command(const std::string& word);
 
 /// The sensors and motors behind the wire: the program of the setup's process, which must send what the wire
 /// carries and whose words are notes; without one a robot of the simulator, where the world's line begins.

@@ -157,6 +157,15 @@ std::string to_text(const DemoReport& report) {
   return text;
 }
 
+std::string to_text(const DemoReport& report, const RobotSetup& setup, const DemoJob& job) {
+  const double world_s = report.teach.end.lap_s + report.replay.end.lap_s;
+  return fmt::format("{}, {}: against the truth, anchored, not aligned\n", setup.simulated.world.name,
+                     setup.simulated.model.name) +
+         to_text(report) +
+         fmt::format("{:.2f} s for {:.0f} s in the world; figures, recordings and report.html: {}\n",
+                     report.wall_s, world_s, job.folder);
+}
+
 nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job) {
   return {{"teach", to_json(report.teach, (fs::path(job.folder) / "lap.mcap").string())},
           {"map", to_json(report.map)},

@@ -31,6 +31,8 @@ struct DemoReport {
                                           const JobControl& control);
 /// A line a figure: what, and how good.
 [[nodiscard]] std::string to_text(const DemoReport& report);
+/// The same with the world and the robot before it, the time and the folder behind it.
+[[nodiscard]] std::string to_text(const DemoReport& report, const RobotSetup& setup, const DemoJob& job);
 [[nodiscard]] nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job);
 
 }  // namespace waymark

@@ -173,6 +173,12 @@ Result<bool> make_folder(const fs::path& folder) {
 
 }  // namespace
 
+Status check_session(const SessionJob& job) {
+  if (job.replay.route.empty() || !job.map.empty()) return {};
+  return fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
+              "Give --map with the map that has this route.");
+}
+
 Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job, const JobControl& control) {
   auto input = make_operator_input(job.driver, job.speed_m_s, setup.simulated, viewer_link(job.feed));
   if (!input) return tl::unexpected(input.error());

@@ -38,6 +38,9 @@ struct SessionReport {
   double wall_s = 0;
 };
 
+/// Fails on a route of a map that is not there.
+[[nodiscard]] Status check_session(const SessionJob& job);
+
 /// Runs the session until the operator ends it, or the control cancels it. The setup must have a process.
 [[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                                 const JobControl& control);
@@ -45,6 +48,8 @@ struct SessionReport {
 [[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                                 std::unique_ptr<OperatorInput> input,
                                                 const JobControl& control);
+/// Whether every replay came to its end, and the last lap could be mapped.
+[[nodiscard]] bool succeeded(const SessionReport& report);
 /// Laps, and how each replay ended.
 [[nodiscard]] std::string to_text(const SessionReport& report, std::string_view stopped_by = "its caller");
 [[nodiscard]] nlohmann::ordered_json to_json(const SessionReport& report);

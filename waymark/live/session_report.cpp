@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -7,6 +8,11 @@
 #include "waymark/live/run_session.hpp"
 
 namespace waymark {
+
+bool succeeded(const SessionReport& report) {
+  return !report.map_failed &&
+         std::ranges::all_of(report.replays, [](const ReplayReport& replay) { return succeeded(replay); });
+}
 
 std::string to_text(const SessionReport& report, std::string_view stopped_by) {
   std::string text = fmt::format("{} taught, {}\n", counted(report.laps_taught, "lap"),

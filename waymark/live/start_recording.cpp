@@ -59,6 +59,12 @@ Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::
   return {};
 }
 
+Status check_recorded_images(bool pictures, const std::string& images) {
+  if (pictures || images.empty()) return {};
+  return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
+              "Add --images.");
+}
+
 TeachSetup teach_setup(const SimulatedSetup& simulated) {
   const World& world = simulated.world;
   TeachSetup setup{.camera = simulated.camera,

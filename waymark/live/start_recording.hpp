@@ -28,6 +28,9 @@ struct LoneAnchor {
 /// is said where it is read.
 [[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::string& map);
 
+/// Fails where `images` says how pictures are recorded, and the robot has no `pictures`.
+[[nodiscard]] Status check_recorded_images(bool pictures, const std::string& images);
+
 /// How a recording comes to be.
 struct Making {
   std::string verb;      ///< of waymark

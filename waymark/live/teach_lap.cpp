@@ -89,6 +89,23 @@ Result<TeachReport> teach_simulated(const RobotSetup& setup, const TeachJob& job
 
 }  // namespace
 
+Status check_teach(const TeachJob& job, const RobotSetup& setup) {
+  const RobotModel& robot = setup.simulated.model;
+  const double most = robot.limits.speed_m_s;
+  if (job.speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
+                {.key = "--speed-m-s"},
+                "Give a lower speed, or change limits: speed_m_s in a robot's file of your own.");
+  if (job.second_speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
+                {.key = "--second-speed-m-s"}, "Give a lower speed.");
+  if (job.second_speed_m_s > 0 && (job.driver != "scripted" || !setup.process.empty()))
+    return fail(ErrorCode::InvalidArgument,
+                "only the scripted driver of a simulated robot changes its speed by itself",
+                {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
+  return check_recorded_images(setup.may_have_pictures(), job.images);
+}
+
 Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
   return setup.process.empty() ? teach_simulated(setup, job, control) : teach_process(setup, job, control);
 }

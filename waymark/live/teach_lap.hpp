@@ -38,6 +38,10 @@ struct TeachReport {
   double wall_s = 0;
 };
 
+/// Fails on speeds that the robot does not drive or the driver does not change to, and on pictures to record
+/// where there are none.
+[[nodiscard]] Status check_teach(const TeachJob& job, const RobotSetup& setup);
+
 /// Records a lap that somebody drives with the robot of the setup, simulated or a process. For a process,
 /// "scripted" needs its world, and a robot that knows the truth. Cancelling stops the robot and closes the
 /// file.

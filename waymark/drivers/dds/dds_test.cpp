@@ -92,6 +92,21 @@ TEST(RosEnvironment, IsReadAsRosReadsIt) {
   EXPECT_EQ(jazzy.keystore, "/keys/enclaves/lab/waymark");
 }
 
+TEST(RosEnvironment, APlaceThatIsNamedGoesBeforeIt) {
+  const auto environment = of({{"ROS_DOMAIN_ID", "42"}});
+  const auto usual = bus_options({}, "waymark", environment);
+  ASSERT_TRUE(usual);
+  EXPECT_EQ(usual->domain, 42);
+  EXPECT_EQ(usual->node, "waymark");
+  const auto named = bus_options({.domain = 7, .localhost = true}, "waymark", environment);
+  ASSERT_TRUE(named);
+  EXPECT_EQ(named->domain, 7);
+  EXPECT_TRUE(named->localhost_only);
+  const auto nowhere = bus_options({.interface = "no such interface"}, "waymark", environment);
+  ASSERT_FALSE(nowhere);
+  EXPECT_EQ(nowhere.error().place.key, "--interface");
+}
+
 TEST(RosEnvironment, RefusesWhatMakesNoSense) {
   for (const auto& [name, value] :
        std::map<std::string, std::string>{{"ROS_DOMAIN_ID", "233"},

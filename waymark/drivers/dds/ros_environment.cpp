@@ -10,6 +10,9 @@
 #include <netdb.h>
 #include <sys/socket.h>
 
+#include "waymark/drivers/dds/discovery.hpp"
+#include "waymark/drivers/dds/ros_graph.hpp"
+
 namespace waymark {
 namespace {
 
@@ -104,6 +107,25 @@ Status apply_ros_environment(BusOptions& options, const Environment& environment
   if (on("ROS_SECURITY_ENABLE") == "true")
     options.keystore = on("ROS_SECURITY_KEYSTORE") + "/enclaves" + on("ROS_SECURITY_ENCLAVE_OVERRIDE");
   return status;
+}
+
+Result<BusOptions> bus_options(const RosPlace& place, const std::string& node,
+                               const Environment& environment) {
+  BusOptions options{.node = node};
+  if (Status status = apply_ros_environment(options, environment); !status)
+    return tl::unexpected(status.error());
+  if (place.domain >= 0) options.domain = place.domain;
+  options.localhost_only = options.localhost_only || place.localhost;
+  if (!place.interface.empty()) {
+    if (Status there = use_interface(options, place.interface); !there) {
+      there.error().place.key = "--interface";
+      return tl::unexpected(there.error());
+    }
+    options.localhost_only = false;
+  }
+  if (Status status = show_in_node_list(options, place.distro); !status)
+    return tl::unexpected(status.error());
+  return options;
 }
 
 }  // namespace waymark

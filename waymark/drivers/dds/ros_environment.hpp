@@ -18,4 +18,17 @@ using Environment = std::function<std::optional<std::string>(const char* name)>;
 /// and ROS_SECURITY_ENCLAVE_OVERRIDE. Fails on a value that makes no sense, as ROS does.
 [[nodiscard]] Status apply_ros_environment(BusOptions& options, const Environment& environment);
 
+/// Where on the network of ROS 2, as a user says it.
+struct RosPlace {
+  int domain = -1;           ///< negative: as the environment says
+  bool localhost = false;    ///< only this machine
+  std::string interface {};  ///< the only one to use: its name or IPv4 address; empty: all
+  std::string distro{};      ///< release whose node list shows this program; empty: none does
+};
+
+/// As the node of this name: the place over what the environment says. Errors: of the environment; what
+/// use_interface() and show_in_node_list() refuse.
+[[nodiscard]] Result<BusOptions> bus_options(const RosPlace& place, const std::string& node,
+                                             const Environment& environment);
+
 }  // namespace waymark

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <type_traits>
+
+#include "waymark/base/fields.hpp"
+
+namespace waymark {
+
+/// Calls `visit(value, field)` for all fields of a struct and of the structs in it, in order; `enter(field)`
+/// before those of a struct in it and `leave()` after.
+template <HasFields Options, class Visit, class Enter, class Leave>
+void visit_leaves(Options& options, const Visit& visit, const Enter& enter, const Leave& leave) {
+  std::remove_const_t<Options>::fields(options, [&](auto& value, const Field& field) {
+    if constexpr (HasFields<std::remove_cvref_t<decltype(value)>>) {
+      enter(field);
+      visit_leaves(value, visit, enter, leave);
+      leave();
+    } else {
+      visit(value, field);
+    }
+  });
+}
+
+}  // namespace waymark
