@@ -1,17 +1,13 @@
 #include "waymark/cli/calibrate_camera_flags.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/flags.hpp"
-#include "waymark/jobs/picture_files.hpp"
-#include "waymark/media/video_format.hpp"
-#include "waymark/recording/log_formats.hpp"
+#include "waymark/live/calibrate_guided.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -31,62 +27,42 @@ Status check_target_flags(const CalibrateCameraArgs& args) {
                                    {"--legacy-pattern", {"charuco"}},
                                    {"--first-id", {"tags", "aprilgrid", "charuco"}},
                                    {"--detections", {"tags"}}};
-  Status status;
+  Refusals refused(args.settings.app());
   for (const Flag& flag : flags)
-    if (status && std::ranges::find(flag.of, kind) == flag.of.end())
-      status = refuse_flag(args.app, flag.name, fmt::format("this has no effect on the target {}", kind),
-                           fmt::format("Leave it out, or choose --target {}.", fmt::join(flag.of, " or ")));
-  return status;
+    refused.flags(std::ranges::find(flag.of, kind) == flag.of.end(), {flag.name},
+                  fmt::format("this has no effect on the target {}", kind),
+                  fmt::format("Leave it out, or choose --target {}.", fmt::join(flag.of, " or ")));
+  return refused.status();
 }
 
 /// Flags that have no effect on what is given.
 Status check_effects(const CalibrateCameraArgs& args) {
-  Status status;
-  if (!args.job.detections.empty()) {
-    const char* why = "with --detections nothing is detected";
-    status = refuse_flag(args.app, "--recursive", why, "Leave it out, or give pictures.");
-    if (status) status = refuse(args.views, why, "Leave it out, or give a video.");
-    if (status) status = args.detector.refuse_all(why, "Leave it out, or give pictures.");
-  }
-  for (const char* flag : {"--spacing", "--first-id", "--target"}) {
-    if (status && !args.job.target.map.empty())
-      status = refuse_flag(args.app, flag, "this is about a board, and --map names a map", "Leave it out.");
-  }
-  if (status && args.job.output.empty())
-    status = refuse_flag(args.app, "--format", "this is about --output", "Give -o, or leave it out.");
-  if (status && args.job.output.empty() && args.job.camera_info.empty())
-    status = refuse_flag(args.app, "--force", "nothing is written", "Give -o, or leave it out.");
-  return status ? check_target_flags(args) : status;
+  const CalibrateCameraJob& job = args.job;
+  const bool detected = !job.detections.empty();
+  const char* why = "with --detections nothing is detected";
+  Refusals refused(args.settings.app());
+  refused.flags(detected, {"--recursive"}, why, "Leave it out, or give pictures.");
+  refused.options(detected, args.views, why, "Leave it out, or give a video.");
+  refused.all(detected, args.detector, why, "Leave it out, or give pictures.");
+  refused.flags(!job.target.map.empty(), {"--spacing", "--first-id", "--target"},
+                "this is about a board, and --map names a map", "Leave it out.");
+  refused.flags(job.output.empty(), {"--format"}, "this is about --output", "Give -o, or leave it out.");
+  refused.flags(job.output.empty() && job.camera_info.empty(), {"--force"}, "nothing is written",
+                "Give -o, or leave it out.");
+  return refused.status() ? check_target_flags(args) : refused.status();
 }
 
 /// Flags that have no effect on pictures, or on a live camera.
 Status check_guided_flags(const CalibrateCameraArgs& args, bool live) {
-  Status status;
-  if (!live) status = refuse_flag(args.app, "--view", "this is about live cameras", "Leave it out.");
-  if (status && !live && !args.guided)
-    status = refuse_flag(args.app, "--resume", "only a guided calibration keeps its views",
-                         "Add --guided, or give a live camera.");
-  if (status && !live && !args.guided)
-    status = refuse(args.guide, "only a guided calibration chooses its views so",
-                    "Add --guided, or give a live camera.");
-  if (status && (live || args.guided))
-    status = refuse(args.views, "a guided calibration chooses its views otherwise", "See --set guide.");
-  for (const char* flag : {"--map", "--detections"})
-    if (status && (live || args.guided))
-      status = refuse_flag(args.app, flag, "a guided calibration is for boards", "Leave it out.");
-  return status;
-}
-
-/// A guided calibration chooses among pictures that follow each other.
-Status check_guided_sources(const CalibrateCameraJob& job) {
-  for (const Input& input : find_inputs(job.sources, job.recursive))
-    if (!input.error && !looks_like_recording(input.path) && !looks_like_video(input.path))
-      return fail(ErrorCode::InvalidArgument,
-                  fmt::format("{} is a picture: a guided calibration takes its views from a live camera, a "
-                              "video or a recording",
-                              input.path),
-                  {.key = "--guided"}, "Leave --guided out: all pictures are used.");
-  return {};
+  const bool guided = live || args.guided;
+  const char* hint = "Add --guided, or give a live camera.";
+  Refusals refused(args.settings.app());
+  refused.flags(!live, {"--view"}, "this is about live cameras", "Leave it out.");
+  refused.flags(!guided, {"--resume"}, "only a guided calibration keeps its views", hint);
+  refused.options(!guided, args.guide, "only a guided calibration chooses its views so", hint);
+  refused.options(guided, args.views, "a guided calibration chooses its views otherwise", "See --set guide.");
+  refused.flags(guided, {"--map", "--detections"}, "a guided calibration is for boards", "Leave it out.");
+  return refused.status();
 }
 
 /// What is calibrated on must be named, one way or the other.
@@ -99,20 +75,6 @@ Status check_sources(const CalibrateCameraArgs& args) {
         "Name a live camera, such as v4l2:/dev/video0, or a video. The views of an earlier calibration "
         "alone are pictures: give their folder in place of a camera.");
   return fail(ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected");
-}
-
-/// The ending of the output must not promise another format.
-Status check_ending(const CalibrateCameraJob& job) {
-  const std::filesystem::path output(job.output);
-  if (job.output.empty() || is_device(job.output)) return {};
-  const std::string ending = output.extension().string();
-  const bool yaml = ending == ".yaml" || ending == ".yml";
-  const bool json = ending == ".json" && (job.format.empty() || job.format == "photonvision");
-  if (json || (yaml && job.format != "photonvision")) return {};
-  return fail(ErrorCode::InvalidArgument,
-              fmt::format("{} is no name for a calibration{}", job.output,
-                          job.format.empty() ? "" : " of the format " + job.format),
-              {.key = "--output"}, "End it in .yaml, or in .json for PhotonVision.");
 }
 
 void add_target_flags(CLI::App& app, TargetDescription& target) {
@@ -165,12 +127,11 @@ void add_output_flags(CLI::App& app, CalibrateCameraJob& job, bool& json) {
 }  // namespace
 
 CalibrateCameraArgs::CalibrateCameraArgs(CLI::App& verb)
-    : app(verb),
-      settings(verb),
-      fitting(verb, settings, "fit", "Fit"),
-      views(verb, settings, "views", "Views of a video"),
-      guide(verb, settings, "guide", "Guided calibration", Reach::SettingsOnly),
-      detector(verb, settings, kMoreGroup) {
+    : settings(verb),
+      fitting(settings, "fit", "Fit"),
+      views(settings, "views", "Views of a video"),
+      guide(settings, "guide", "Guided calibration", Reach::SettingsOnly),
+      detector(settings, kMoreGroup) {
   add_flag(
       verb, "--guided", guided,
       "Take the pictures of a video or recording as those of a live camera, until enough views are there; "
@@ -201,7 +162,6 @@ CalibrateCameraArgs::CalibrateCameraArgs(CLI::App& verb)
 Status CalibrateCameraArgs::check(bool live) const {
   Status status = check_effects(*this);
   if (status) status = check_sources(*this);
-  if (status) status = check_ending(job);
   if (status) status = check_guided_flags(*this, live);
   return status && guided && !live ? check_guided_sources(job) : status;
 }

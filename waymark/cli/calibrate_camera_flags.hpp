@@ -16,7 +16,6 @@ namespace waymark::cli {
 struct CalibrateCameraArgs {
   explicit CalibrateCameraArgs(CLI::App& verb);
 
-  const CLI::App& app;
   Settings settings;
   CalibrateCameraJob job{};
   bool json = false;

@@ -2,16 +2,8 @@
 
 #include <algorithm>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/base/counted.hpp"
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/detections_text.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/live/camera_address.hpp"
 
 namespace waymark::cli {
@@ -24,28 +16,20 @@ Status check_several(const CLI::App& app, const std::vector<std::string>& source
     if (std::find(sources.begin(), source, *source) != source)
       return fail(ErrorCode::InvalidArgument, "this camera is named twice", {.source = *source},
                   "Name each camera once.");
-  Status status;
-  for (const char* flag : {"--view", "--camera"})
-    if (status)
-      status = refuse_flag(app, flag, "this is about one camera, and several are named",
-                           "Run the program once for each camera.");
-  return status;
+  Refusals refused(app);
+  refused.flags(true, {"--view", "--camera"}, "this is about one camera, and several are named",
+                "Run the program once for each camera.");
+  return refused.status();
 }
 
 ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) {
   console.end_progress();
   ExitCode code = interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
   for (const DetectedCamera& camera : cameras) {
-    if (!camera.end) {
+    if (camera.end)
+      console.say(to_text(camera, cameras.size() > 1));
+    else
       code = console.failed(camera.end.error(), ExitCode::SomeFailed);
-      continue;
-    }
-    const CameraCounts& counts = camera.end->counts;
-    console.say(fmt::format(
-        "{}{} in {:.1f} s, {}; {} dropped for newer ones, {} lost by the driver, "
-        "{} damaged",
-        cameras.size() > 1 ? camera.address + ": " : "", counted(camera.end->pictures, "picture"),
-        camera.end->seconds, counted(camera.end->tags, "tag"), counts.dropped, counts.lost, counts.damaged));
   }
   return code;
 }
@@ -57,14 +41,13 @@ Result<bool> is_camera_input(const CLI::App& app, const std::vector<std::string>
   if (!live && std::ranges::any_of(sources, is_camera_address))
     return fail(ErrorCode::InvalidArgument, "live cameras and files are named together", {},
                 "Run the program once for the files, and once for the cameras.");
-  Status status = live ? check_several(app, sources) : Status();
-  for (const char* flag : {"--view", "--duration-s"})
-    if (status && !live) status = refuse_flag(app, flag, "this is about live cameras", "Leave it out.");
-  for (const char* flag : {"--annotate", "--recursive"})
-    if (status && live)
-      status = refuse_flag(app, flag, "this is about files, and the input is a live camera",
-                           "Leave it out; `waymark convert` records the camera.");
-  if (!status) return tl::unexpected(status.error());
+  if (const Status several = live ? check_several(app, sources) : Status(); !several)
+    return tl::unexpected(several.error());
+  Refusals refused(app);
+  refused.flags(!live, {"--view", "--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.flags(live, {"--annotate", "--recursive"}, "this is about files, and the input is a live camera",
+                "Leave it out; `waymark convert` records the camera.");
+  if (!refused.status()) return tl::unexpected(refused.status().error());
   return live;
 }
 

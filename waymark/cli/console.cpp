@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/jobs/folded_warnings.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -48,6 +49,10 @@ void Console::print(std::string_view text) {
 void Console::say(std::string_view words) {
   end_progress();
   put(err_, fmt::format("{}: {}\n", verb_, words));
+}
+
+void Console::warn(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : folded_warnings(warnings)) say("warning: " + warning);
 }
 
 void Console::say_first(const std::vector<std::string>& lines, std::string_view where_all) {

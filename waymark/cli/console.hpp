@@ -35,6 +35,8 @@ class Console {
     say(error);
     return code;
   }
+  /// "warning: ..." of each; many that are alike as folded_warnings() has them.
+  void warn(const std::vector<std::string>& warnings);
   /// Says the first few lines of many; how many more there are, and where they stand.
   void say_first(const std::vector<std::string>& lines, std::string_view where_all);
   /// Redraws the progress line ("12/60 photo.png"), ten times a second at most; silent unless a terminal
@@ -47,7 +49,7 @@ class Console {
   /// Nobody can read the results any more: the reader closed the pipe, or writing failed. Stop working.
   [[nodiscard]] bool output_ended() const { return output_ != Output::Open; }
   /// `code`, unless results were lost: then SomeFailed, said in words. A reader who closed the pipe has seen
-  /// enough: Ok.
+  /// enough: Ok. What failed after Ctrl-C was interrupted.
   [[nodiscard]] ExitCode finish(ExitCode code);
 
  private:

@@ -1,31 +1,22 @@
 #include "waymark/cli/convert_video_flags.hpp"
 
-#include <optional>
 #include <utility>
 
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include "waymark/base/counted.hpp"
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/flags.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/live/record_camera.hpp"
 
 namespace waymark::cli {
 namespace {
 
 ExitCode say_failed(const Error& error, Console& console) {
-  const bool usage = !interrupted() && error.code == ErrorCode::InvalidArgument;
+  const bool usage = error.code == ErrorCode::InvalidArgument;
   return usage ? fail_usage(error, console) : fail_with(error, console);
 }
 
 }  // namespace
 
 ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
-    : app_(verb), settings_(verb), poses_(verb), detector_(verb, settings_, kMoreGroup) {
+    : app_(verb), settings_(verb), poses_(verb), detector_(settings_, kMoreGroup) {
   add_option(verb, "--pictures NAME", pictures_,
              "Format in which the pictures of a video or a camera are kept: jpeg or raw",
              one_of({"jpeg", "raw"}));
@@ -36,20 +27,19 @@ ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
 Status ConvertVideoFlags::check_unused() const {
   const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
   const char* hint = "Leave it out, or give one video.";
-  Status status = refuse_flag(app_, "--pictures", why, hint);
-  if (status) status = refuse_flag(app_, "--duration-s", "this is about live cameras", "Leave it out.");
-  if (status) status = poses_.refuse_all(why, hint);
-  return status ? detector_.refuse_all(why, hint) : status;
+  Refusals refused(app_);
+  refused.flags(true, {"--pictures"}, why, hint);
+  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.all(true, poses_, why, hint);
+  refused.all(true, detector_, why, hint);
+  return refused.status();
 }
 
 Status ConvertVideoFlags::check_used() const {
-  Status status;
-  for (const char* flag :
-       {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"}) {
-    if (status)
-      status = refuse_flag(app_, flag, "this is about recordings, and the input is none", "Leave it out.");
-  }
-  return status;
+  Refusals refused(app_);
+  refused.flags(true, {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"},
+                "this is about recordings, and the input is none", "Leave it out.");
+  return refused.status();
 }
 
 Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string& input,
@@ -77,10 +67,7 @@ ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string&
   for (const VideoProblem& problem : found->problems)
     console.say(fmt::format("note: {}{}", to_string(problem.error),
                             problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
-  console.print(json ? json_line(to_json(prepared->job, *found))
-                     : fmt::format("{} ({}, {} x {} px) to {}: {}, {}\n", input, found->info.codec,
-                                   found->info.width_px, found->info.height_px, output,
-                                   counted(found->pictures, "picture"), counted(found->tags, "tag")));
+  console.print(json ? json_line(to_json(prepared->job, *found)) : to_text(prepared->job, *found));
   return ExitCode::Ok;
 }
 

@@ -1,6 +1,5 @@
 #include "waymark/cli/detector_flags.hpp"
 
-#include <cstddef>
 #include <string>
 #include <utility>
 
@@ -13,12 +12,13 @@ constexpr const char* kSet = "Leave it out, or --no-refine.";
 
 }  // namespace
 
-DetectorFlags::DetectorFlags(CLI::App& app, Settings& settings, const char* group)
-    : app_(app),
-      detector_(app, settings, "detector", "Detector"),
-      refinement_(app, settings, "refinement", "Corner refinement") {
+DetectorFlags::DetectorFlags(Settings& settings, const char* group)
+    : app_(settings.app()),
+      detector_(settings, "detector", "Detector"),
+      refinement_(settings, "refinement", "Corner refinement") {
   std::string known;
   for (const FamilyId id : kAllFamilies) known += (known.empty() ? "" : ", ") + std::string(to_string(id));
+  CLI::App& app = settings.app();
   add_option(app, "--family NAME", families_,
              "Tag family to look for, tag36h11 unless given; may be given several times. Known: " + known,
              in_group(group))
@@ -32,12 +32,11 @@ bool DetectorFlags::given() const {
 }
 
 Status DetectorFlags::refuse_all(const std::string& why, const std::string& hint) const {
-  Status status = refuse(detector_, why, hint);
-  if (status) status = refuse(refinement_, why, hint);
-  for (const char* flag : {"--family", "--no-refine"}) {
-    if (status) status = refuse_flag(app_, flag, why, hint);
-  }
-  return status;
+  Refusals refused(app_);
+  refused.options(true, detector_, why, hint);
+  refused.options(true, refinement_, why, hint);
+  refused.flags(true, {"--family", "--no-refine"}, why, hint);
+  return refused.status();
 }
 
 Result<TagFinder> DetectorFlags::make() const {

@@ -16,7 +16,7 @@ namespace waymark::cli {
 class DetectorFlags {
  public:
   /// `group`: of --family and --no-refine.
-  DetectorFlags(CLI::App& app, Settings& settings, const char* group);
+  DetectorFlags(Settings& settings, const char* group);
 
   /// Defaults, then the settings, then flags. Fails on an unknown family, a value out of range, and on
   /// options of the refinement with --no-refine.

@@ -1,6 +1,5 @@
 #include "waymark/cli/failure.hpp"
 
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/options_flags.hpp"
 
 namespace waymark::cli {
@@ -12,7 +11,6 @@ Error naming_flag(Error error) {
 }
 
 ExitCode exit_code_of(const Error& error) {
-  if (interrupted()) return ExitCode::Interrupted;
   const bool given_wrong = error.place.key.starts_with("--") || error.place.source == "environment";
   return given_wrong ? ExitCode::Usage : ExitCode::SomeFailed;
 }
@@ -24,10 +22,6 @@ ExitCode fail_with(const Error& error, Console& console) {
 
 ExitCode fail_usage(const Error& error, Console& console) {
   return console.failed(naming_flag(error), ExitCode::Usage);
-}
-
-ExitCode fail_run(const Error& error, Console& console) {
-  return console.failed(error, interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
 }
 
 }  // namespace waymark::cli

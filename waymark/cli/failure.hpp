@@ -9,9 +9,9 @@ namespace waymark::cli {
 /// file stays as it is.
 [[nodiscard]] Error naming_flag(Error error);
 
-/// 130 after Ctrl-C, 2 for what the command line or the environment says (the error's key is a flag,
-/// its source is "environment"), 1 for a file that is not
-/// usable or could not be written.
+/// 2 for what the command line or the environment says (the error's key is a flag, its source is
+/// "environment"), 1 for a file that is not usable or could not be written. Console::finish() makes 130 of
+/// both after Ctrl-C.
 [[nodiscard]] ExitCode exit_code_of(const Error& error);
 
 /// Says the error with its flag, and gives back its exit code.
@@ -19,8 +19,5 @@ namespace waymark::cli {
 
 /// Says the error with its flag: the command line makes no sense.
 [[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
-
-/// Says the error of a job as it is: 130 after Ctrl-C, else 1.
-[[nodiscard]] ExitCode fail_run(const Error& error, Console& console);
 
 }  // namespace waymark::cli

@@ -6,12 +6,9 @@
 
 #include <fmt/format.h>
 
-namespace waymark::cli {
+#include "waymark/jobs/staged_folder.hpp"
 
-bool is_device(const std::string& path) {
-  std::error_code ignored;
-  return std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
-}
+namespace waymark::cli {
 
 CLI::Validator recording_name() {
   const auto complete = [](std::string& path) {

@@ -7,9 +7,6 @@
 /// What the files are called that verbs write: an ending must not promise another format.
 namespace waymark::cli {
 
-/// Whether something stands there that is no regular file: a terminal, /dev/null, a pipe.
-[[nodiscard]] bool is_device(const std::string& path);
-
 /// For CLI11's transform(): the name of a recording to be written. What we write is MCAP: a name without an
 /// ending gets .mcap, and one must not promise anything else.
 [[nodiscard]] CLI::Validator recording_name();

@@ -1,6 +1,5 @@
 #include "waymark/cli/localize_live.hpp"
 
-#include <initializer_list>
 #include <optional>
 
 #include "waymark/base/counted.hpp"
@@ -17,14 +16,6 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode show(const LocalizeRobotReport& report, const LocalizeJob& job, bool json, Console& console) {
-  console.print(json ? json_line(to_json(job, report.localized)) : to_text(report.localized));
-  for (const std::string& problem : report.localized.problems) console.say(problem);
-  for (const std::string& doubt : doubts_about(report.localized)) console.say(doubt);
-  if (report.end.interrupted) return ExitCode::Interrupted;
-  return report.localized.certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
-}
-
 Result<DescribedCamera> camera_of(const LocalizeLiveFlags& flags) {
   if (flags.camera.file.empty())
     return fail(ErrorCode::InvalidArgument, "the calibration of the camera is not known", {.key = "--camera"},
@@ -34,12 +25,21 @@ Result<DescribedCamera> camera_of(const LocalizeLiveFlags& flags) {
 
 }  // namespace
 
+ExitCode show_localized(const LocalizeReport& report, const LocalizeJob& job, bool json,
+                        const std::vector<std::string>& warnings, Console& console) {
+  console.print(json ? json_line(to_json(job, report)) : to_text(report));
+  for (const std::string& warning : warnings) console.say("warning: " + warning);
+  for (const std::string& problem : report.problems) console.say(problem);
+  for (const std::string& doubt : doubts_about(report)) console.say(doubt);
+  return report.certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
 ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
                           Console& console) {
   Result<RobotSetup> setup = load_listening_robot(job.robot, flags.robot_file, job.map, flags.camera_sources);
   if (!setup) return fail_usage(setup.error(), console);
   setup->pictures = flags.pictures;
-  const auto view = start_page(flags.view, *setup, console);
+  const auto view = LivePage::open(flags.view, *setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
   std::optional<SensorTime> first;
   LocalizeRobotJob live{.localize = job, .images = flags.images, .feed = *view ? &(*view)->feed() : nullptr};
@@ -55,7 +55,8 @@ ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job
   const auto stop = listen_for_stop("localize " + job.robot, console);
   const Result<LocalizeRobotReport> report = localize_robot(*setup, live, control);
   if (!report) return fail_with(report.error(), console);
-  return show(*report, job, json, console);
+  const ExitCode code = show_localized(report->localized, job, json, {}, console);
+  return report->end.interrupted ? ExitCode::Interrupted : code;
 }
 
 ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
@@ -67,7 +68,7 @@ ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& jo
   console.say((*camera)->description());
   JobControl control = control_from(console);
   control.cancelled = [&console] { return interrupted() || console.output_ended(); };
-  const auto view = start_page(flags.view, (*camera)->description(), console);
+  const auto view = LivePage::open(flags.view, (*camera)->description(), control_from(console));
   if (!view) return fail_with(view.error(), console);
   MomentLines lines(flags.every_s, json, [&](const std::string& line) { console.print(line); });
   LocalizeCameraJob live{.localize = job,
@@ -140,32 +141,28 @@ Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job
   const bool camera = *input == LocalizeInput::Camera;
   const bool video = *input == LocalizeInput::Video;
   const char* leave_out = "Leave it out.";
-  Status status;
-  const auto refuse = [&](bool when, std::initializer_list<const char*> flags, const char* why,
-                          const char* hint) {
-    for (const char* flag : flags)
-      if (status && when) status = refuse_flag(app, flag, why, hint);
-  };
-  refuse(!robot, {"--robot-file", "--camera-source", "--detector", "--search-every", "--search-strips"},
-         "this is about a robot that is there", "Add --robot KIND:ADDRESS.");
-  refuse(app.count("--search-every") == 0, {"--search-strips"}, kSearchedWholly, kSearchEvery);
-  refuse(!robot && !camera, {"--duration-s", "--record-images", "--view", "--publish-ros2"},
-         "this is about a robot or a camera that is there", leave_out);
-  refuse(*input == LocalizeInput::Recording, {"--every-s"}, "this is about a robot, a camera or a video",
-         leave_out);
-  refuse(!camera && !video, {"--camera", "--camera-name", "--camera-size"},
-         "this is about a live camera or a video", "--robot describes a robot's camera.");
-  refuse(!video, {"--readout-ms"}, "this is about a video",
-         "For a robot's camera it is --set filter.camera_readout_s=0.015.");
-  refuse(*input != LocalizeInput::Recording,
-         {"--no-adapt", "--base-frame", "--camera-frame", "--camera-topic", "--odometry-topic", "--imu-topic",
-          "--sensor-pose"},
-         "this is about recordings", leave_out);
-  refuse(camera || video, {"--robot", "--calibration", "--start", "--method"},
-         "a camera without a robot is where the tags of one picture say", leave_out);
-  refuse((robot || camera) && job.output.empty(), {"--record-images"}, "nothing is recorded",
-         "Add -o FILE.mcap.");
-  if (!status) return tl::unexpected(status.error());
+  Refusals refused(app);
+  refused.flags(!robot,
+                {"--robot-file", "--camera-source", "--detector", "--search-every", "--search-strips"},
+                "this is about a robot that is there", "Add --robot KIND:ADDRESS.");
+  refused.flags(app.count("--search-every") == 0, {"--search-strips"}, kSearchedWholly, kSearchEvery);
+  refused.flags(!robot && !camera, {"--duration-s", "--record-images", "--view", "--publish-ros2"},
+                "this is about a robot or a camera that is there", leave_out);
+  refused.flags(*input == LocalizeInput::Recording, {"--every-s"},
+                "this is about a robot, a camera or a video", leave_out);
+  refused.flags(!camera && !video, {"--camera", "--camera-name", "--camera-size"},
+                "this is about a live camera or a video", "--robot describes a robot's camera.");
+  refused.flags(!video, {"--readout-ms"}, "this is about a video",
+                "For a robot's camera it is --set filter.camera_readout_s=0.015.");
+  refused.flags(*input != LocalizeInput::Recording,
+                {"--no-adapt", "--base-frame", "--camera-frame", "--camera-topic", "--odometry-topic",
+                 "--imu-topic", "--sensor-pose"},
+                "this is about recordings", leave_out);
+  refused.flags(camera || video, {"--robot", "--calibration", "--start", "--method"},
+                "a camera without a robot is where the tags of one picture say", leave_out);
+  refused.flags((robot || camera) && job.output.empty(), {"--record-images"}, "nothing is recorded",
+                "Add -o FILE.mcap.");
+  if (!refused.status()) return tl::unexpected(refused.status().error());
   return input;
 }
 

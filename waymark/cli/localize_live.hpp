@@ -26,13 +26,17 @@ struct LocalizeLiveFlags {
   std::string images{};
   double duration_s = 0;  ///< 0: until somebody ends it
   double every_s = 1;
-  LiveFlags view{};
+  ViewerOptions view{};
 
   void add_to(CLI::App& app);
 };
 
 /// What is localised. Fails on flags that do not go with it.
 [[nodiscard]] Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job);
+
+/// Prints the report and what is doubtful about it; its exit code.
+[[nodiscard]] ExitCode show_localized(const LocalizeReport& report, const LocalizeJob& job, bool json,
+                                      const std::vector<std::string>& warnings, Console& console);
 
 /// `waymark localize --robot KIND:ADDRESS`, until Ctrl-C.
 [[nodiscard]] ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,

@@ -1,53 +1,34 @@
 #include "waymark/cli/map_video_flags.hpp"
 
-#include <array>
-#include <string>
-
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/flags.hpp"
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
-#include "waymark/cli/warnings.hpp"
 #include "waymark/jobs/camera_tags.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/map_text.hpp"
 
 namespace waymark::cli {
 namespace {
 
-/// Options that are about robots, their odometry and their routes.
-Status check_video_flags(const MapArgs& args) {
-  constexpr std::array kNot = {"--robot",        "--method",       "--world",     "--extend",
-                               "--route-name",   "--freeze",       "--remove",    "--model",
-                               "--map-sigma",    "--against",      "--tagslam",   "--base-frame",
-                               "--camera-frame", "--camera-topic", "--imu-topic", "--odometry-topic"};
-  const char* why = "this has no effect on videos";
-  const char* hint = "A video is mapped without a robot and its odometry: leave it out.";
-  for (const char* name : kNot) {
-    if (Status status = refuse_flag(args.app, name, why, hint); !status) return status;
-  }
-  return args.refuse_lap_options(why, hint);
-}
-
-/// Flags about what was not given.
+/// Flags that have no effect on videos: about robots, their odometry and their routes, and about what was not
+/// given.
 Status check_effects(const MapArgs& args, const MapVideoDescription& of) {
-  Status status;
-  for (const char* flag : {"--prior-sigma-m", "--prior-sigma-deg"})
-    if (status && args.prior.empty())
-      status = refuse_flag(args.app, flag, "this is about an older map", "Give it with --prior.");
-  if (status && of.upright.empty() && of.floor.empty() && of.planes.empty())
-    status = refuse_flag(args.app, "--level-sigma-deg", "no tag is said to be level",
-                         "Give it with --upright, --floor or --plane.");
-  const bool by_prior = args.anchor.find(',') != std::string::npos || of.prior_sigma_m || of.prior_sigma_deg;
-  if (status && by_prior)
-    status = refuse_flag(args.app, "--anchor-pose", "the tags of --prior hold this map",
-                         "Leave it out, or give one --anchor and neither --prior-sigma-m nor "
-                         "--prior-sigma-deg.");
-  return status;
+  const char* not_of_videos = "this has no effect on videos";
+  const char* hint = "A video is mapped without a robot and its odometry: leave it out.";
+  Refusals refused(args.settings.app());
+  refused.flags(true,
+                {"--robot", "--method", "--world", "--extend", "--route-name", "--freeze", "--remove",
+                 "--model", "--map-sigma", "--against", "--tagslam", "--base-frame", "--camera-frame",
+                 "--camera-topic", "--imu-topic", "--odometry-topic"},
+                not_of_videos, hint);
+  args.refuse_lap_options(refused, not_of_videos, hint);
+  refused.flags(args.of.prior.empty(), {"--prior-sigma-m", "--prior-sigma-deg"}, "this is about an older map",
+                "Give it with --prior.");
+  refused.flags(of.upright.empty() && of.floor.empty() && of.planes.empty(), {"--level-sigma-deg"},
+                "no tag is said to be level", "Give it with --upright, --floor or --plane.");
+  refused.flags(args.of.anchor.find(',') != std::string::npos || of.prior_sigma_m || of.prior_sigma_deg,
+                {"--anchor-pose"}, "the tags of --prior hold this map",
+                "Leave it out, or give one --anchor and neither --prior-sigma-m nor --prior-sigma-deg.");
+  return refused.status();
 }
 
 }  // namespace
@@ -97,39 +78,34 @@ MapVideoFlags::MapVideoFlags(CLI::App& app) : app_(app) {
              between(1e-4, 180.0), kMore);
 }
 
-bool MapVideoFlags::takes(const MapArgs& args) { return is_of_camera(args.lap, args.app.count("--camera")); }
+bool MapVideoFlags::takes(const MapArgs& args) const {
+  return is_of_camera(args.job.lap, app_.count("--camera") > 0);
+}
 
 Status MapVideoFlags::check_unused() const {
-  for (const char* name : {"--camera", "--camera-name", "--camera-size"}) {
-    if (Status status =
-            refuse_flag(app_, name, "a recording brings its camera along",
-                        "Give --robot for a recording without a calibration; --camera is that of a "
-                        "video.");
-        !status)
-      return status;
-  }
-  for (const char* name : {"--readout-ms", "--tag-size-sigma-m", "--distance", "--upright", "--floor",
-                           "--plane", "--level-sigma-deg", "--prior-sigma-m", "--prior-sigma-deg"}) {
-    if (Status status = refuse_flag(app_, name, "this is about videos", "Leave it out."); !status)
-      return status;
-  }
-  return {};
+  Refusals refused(app_);
+  refused.flags(true, {"--camera", "--camera-name", "--camera-size"}, "a recording brings its camera along",
+                "Give --robot for a recording without a calibration; --camera is that of a video.");
+  refused.flags(true,
+                {"--readout-ms", "--tag-size-sigma-m", "--distance", "--upright", "--floor", "--plane",
+                 "--level-sigma-deg", "--prior-sigma-m", "--prior-sigma-deg"},
+                "this is about videos", "Leave it out.");
+  return refused.status();
 }
 
 Result<MapVideoJob> MapVideoFlags::job_of(const MapArgs& args) const {
-  if (Status sound = check_video_flags(args); !sound) return tl::unexpected(sound.error());
   if (Status sound = check_effects(args, of_); !sound) return tl::unexpected(sound.error());
   const Result<MapJob> common = args.make_job();
   if (!common) return tl::unexpected(common.error());
   MapVideoDescription of = of_;
-  of.anchor = args.anchor;
-  of.prior = args.prior;
+  of.anchor = args.of.anchor;
+  of.prior = args.of.prior;
   Result<MapVideoJob> job = described_map_video(of, common->overrides.tag_size_m);
   if (!job) return job;
   for (const auto& [tag, size_m] : common->overrides.size_by_tag_m) job->sizes.size_by_tag_m[tag] = size_m;
-  job->folder = args.folder;
-  job->videos = {args.lap};
-  job->videos.insert(job->videos.end(), args.more.begin(), args.more.end());
+  job->folder = common->folder;
+  job->videos = {common->lap};
+  job->videos.insert(job->videos.end(), common->more.begin(), common->more.end());
   job->map_T_anchor = common->overrides.map_T_anchor;
   job->search = common->options.bundle.search;
   return job;
@@ -141,11 +117,9 @@ ExitCode MapVideoFlags::map(const MapArgs& args, Console& console) const {
   const Result<TagFinder> finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);
   const Result<MapVideoReport> report = map_video(*job, *finder, control_from(console));
-  if (!report)
-    return console.failed(naming_flag(report.error()),
-                          interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
-  say_warnings(report->warnings, console);
+  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.job.folder));
+  console.warn(report->warnings);
   return ExitCode::Ok;
 }
 

@@ -15,7 +15,7 @@ class MapVideoFlags {
   explicit MapVideoFlags(CLI::App& app);
 
   /// Whether the lap is a video.
-  [[nodiscard]] static bool takes(const MapArgs& args);
+  [[nodiscard]] bool takes(const MapArgs& args) const;
   /// Fails where one of them was given: the lap is no video.
   [[nodiscard]] Status check_unused() const;
   /// Maps the tags of videos, and says what became of it.

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -12,7 +14,7 @@
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 
-#include "waymark/base/fields.hpp"
+#include "waymark/base/field_leaves.hpp"
 #include "waymark/cli/settings.hpp"
 
 namespace waymark::cli {
@@ -40,21 +42,6 @@ template <class Value>
   return std::string(field.sentence) + range;
 }
 
-/// Calls `visit(value, field)` for all fields of a struct and of the structs in it, in order; `enter(field)`
-/// before those of a struct in it and `leave()` after.
-template <HasFields Options, class Visit, class Enter, class Leave>
-void visit_leaves(Options& options, const Visit& visit, const Enter& enter, const Leave& leave) {
-  std::remove_const_t<Options>::fields(options, [&](auto& value, const Field& field) {
-    if constexpr (HasFields<std::remove_cvref_t<decltype(value)>>) {
-      enter(field);
-      visit_leaves(value, visit, enter, leave);
-      leave();
-    } else {
-      visit(value, field);
-    }
-  });
-}
-
 /// How the options of a struct are given.
 enum class Reach : std::uint8_t {
   Flags,        ///< by flags, --set and --config
@@ -68,8 +55,7 @@ template <HasFields Options>
 class OptionFlags {
  public:
   /// `title`: the group of the flags in the help; the section is added to it, unless it is "Options".
-  OptionFlags(CLI::App& app, Settings& settings, std::string section, const std::string& title,
-              Reach reach = Reach::Flags)
+  OptionFlags(Settings& settings, std::string section, const std::string& title, Reach reach = Reach::Flags)
       : settings_(settings), section_(std::move(section)) {
     settings_.add_section(section_, [](const YamlCursor& cursor) {
       Options read;
@@ -83,8 +69,8 @@ class OptionFlags {
                           (key == section_ ? "" : ".") + std::string(field.name));
           if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
             settings_.name_example(key + "." + std::string(field.name) + "=" + usual_text(value));
-          flags_.push_back(reach == Reach::Flags ? add_flag(app, value, field, group_of(title, key))
-                                                 : nullptr);
+          flags_.push_back(
+              reach == Reach::Flags ? add_flag(settings.app(), value, field, group_of(title, key)) : nullptr);
           if (flags_.back() == nullptr)
             settings_.add_key(
                 {key + "." + std::string(field.name), usual_text(value), flag_help(value, field)});
@@ -189,8 +175,38 @@ template <HasFields Options>
   return fail(ErrorCode::InvalidArgument, why, {.key = argument}, hint);
 }
 
+/// Why the option lag_s of a filter is refused where the filter is not a smoother.
+inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
+
 /// The same of a flag by itself.
 [[nodiscard]] Status refuse_flag(const CLI::App& app, const std::string& flag, const std::string& why,
                                  const std::string& hint);
+
+/// Flags and options that have no effect on what is given, refused one after the other: the first that is on
+/// the command line is the error.
+class Refusals {
+ public:
+  explicit Refusals(const CLI::App& app) : app_(app) {}
+
+  /// These flags, `when` they have none.
+  void flags(bool when, std::initializer_list<const char*> names, const std::string& why,
+             const std::string& hint);
+  /// The options of a struct, or with `key` that of one field.
+  template <HasFields Options>
+  void options(bool when, const OptionFlags<Options>& flags, const std::string& why, const std::string& hint,
+               std::string_view key = {}) {
+    if (when && status_) status_ = refuse(flags, why, hint, key);
+  }
+  /// Those of a group that refuses its own: DetectorFlags, PoseFlags.
+  template <class Group>
+  void all(bool when, const Group& group, const std::string& why, const std::string& hint) {
+    if (when && status_) status_ = group.refuse_all(why, hint);
+  }
+  [[nodiscard]] const Status& status() const { return status_; }
+
+ private:
+  const CLI::App& app_;
+  Status status_{};
+};
 
 }  // namespace waymark::cli

@@ -3,7 +3,8 @@
 #include <array>
 #include <cstddef>
 
-#include "waymark/cli/console_control.hpp"
+#include <CLI/App.hpp>
+
 #include "waymark/cli/flags.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 
@@ -26,7 +27,7 @@ void add_flags(CLI::App& app, PageOptions& page, CLI::Option* view) {
   for (std::size_t i = 0; i < 3; ++i) all[i]->group(kMoreGroup);
 }
 
-void add_flags(CLI::App& app, LiveFlags& flags) {
+void add_flags(CLI::App& app, ViewerOptions& flags) {
   CLI::Option* view =
       app.add_flag("--view", flags.view, "Show the robot in the browser while it runs, with buttons");
   add_flags(app, flags.page, view);
@@ -36,20 +37,6 @@ void add_flags(CLI::App& app, LiveFlags& flags) {
                                kMore)
                           ->excludes(view);
   add_option(app, "--ros-distro NAME", flags.ros_distro, kRosDistroHelp, kMore)->needs(ros2);
-}
-
-Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,
-                                             Console& console) {
-  if (flags.ros2) return LivePage::start_ros2(setup, flags.ros_distro);
-  if (!flags.view) return std::unique_ptr<LivePage>();
-  return LivePage::start(flags.page, setup, control_from(console));
-}
-
-Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const std::string& camera,
-                                             Console& console) {
-  if (flags.ros2) return LivePage::start_ros2(flags.ros_distro);
-  if (!flags.view) return std::unique_ptr<LivePage>();
-  return LivePage::start(flags.page, camera, control_from(console));
 }
 
 }  // namespace waymark::cli

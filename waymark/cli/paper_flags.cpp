@@ -8,7 +8,7 @@ namespace waymark::cli {
 
 PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
   CLI::App& app = verb;
-  add_option(app, "-o,--output FILE", output,
+  add_option(app, "-o,--output FILE", files_.path,
              "File to write; .pdf, .svg or .png says its kind (pages of .svg and .png get numbers)",
              kRequired);
   add_option(app, "--family NAME", family_, "Tag family", kShown);
@@ -16,10 +16,10 @@ PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
              kShown);
   add_option(app, "--orientation NAME", orientation_,
              "Orientation of the page: auto (where more fits), portrait or landscape", kShown);
-  app.add_option("--dpi", dpi, "Pixels an inch of .png, recorded in the file. From 10 to 2400.")
+  app.add_option("--dpi", files_.dpi, "Pixels an inch of .png, recorded in the file. From 10 to 2400.")
       ->capture_default_str();
-  add_flag(app, "--force", force, "Replace a file that is there", kMore);
-  app.add_flag("--json", json, "One JSON object about what was written instead of words");
+  add_flag(app, "--force", files_.replace, "Replace a file that is there", kMore);
+  app.add_flag("--json", json_, "One JSON object about what was written instead of words");
 }
 
 Result<FamilyId> PaperFlags::family() const {
@@ -41,7 +41,7 @@ Status check_tag_size(const CLI::Option& tag_size, bool given) {
   return tag_size.count() > 0 ? plot::check_tag_size(tag_size.as<double>()) : Status();
 }
 
-ExitCode fail_writing(const Error& error, Console& console) {
+ExitCode PaperFlags::fail_writing(const Error& error, Console& console) {
   if (interrupted()) return ExitCode::Interrupted;
   return console.failed(naming_flag(error),
                         error.code == ErrorCode::Unwritable ? ExitCode::SomeFailed : ExitCode::Usage);

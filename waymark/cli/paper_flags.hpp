@@ -1,13 +1,16 @@
 #pragma once
 
-#include <memory>
 #include <string>
+#include <vector>
 
 #include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
 
 #include "waymark/base/error.hpp"
-#include "waymark/cli/console.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/tag_prints.hpp"
 #include "waymark/jobs/write_pages.hpp"
 #include "waymark/plot/render.hpp"
 #include "waymark/plot/sheet_layout.hpp"
@@ -20,33 +23,48 @@ class PaperFlags {
  public:
   explicit PaperFlags(CLI::App& verb);
 
-  /// Family, paper and orientation into options that have them; the output must be of a known kind.
+  /// Paper and orientation into options that have them; the output must be of a known kind.
   template <class Options>
-  [[nodiscard]] Result<plot::FileFormat> apply(Options& options) const {
+  [[nodiscard]] Status apply(Options& options) const {
     const auto paper = plot::parse_paper(paper_);
     if (!paper) return tl::unexpected(paper.error());
     const auto orientation = plot::parse_orientation(orientation_);
     if (!orientation) return tl::unexpected(orientation.error());
     options.paper = *paper;
     options.orientation = *orientation;
-    Result<plot::FileFormat> format = plot::format_of(output);
-    if (!format || *format == plot::FileFormat::Png) return format;
-    if (Status status = refuse_flag(app_, "--dpi", "only .png has a resolution", "Leave it out."); !status)
-      return tl::unexpected(status.error());
-    return format;
+    const Result<plot::FileFormat> format = plot::format_of(files_.path);
+    if (!format) return tl::unexpected(format.error());
+    return *format == plot::FileFormat::Png
+               ? Status()
+               : refuse_flag(app_, "--dpi", "only .png has a resolution", "Leave it out.");
   }
   [[nodiscard]] Result<FamilyId> family() const;
 
-  std::string output;
-  double dpi = 300.0;
-  bool json = false;
-  bool force = false;
-
-  /// Where the pages go.
-  [[nodiscard]] PageFiles files(plot::FileFormat format) const { return {format, output, dpi, force}; }
+  /// After apply(): draws the pages of a layout into their files and says so, with what is to be said of them
+  /// (`words`). `target`: PageFiles::target.
+  template <class Layout>
+  [[nodiscard]] ExitCode write(const Layout& layout, const std::vector<plot::Drawing>& pages,
+                               Console& console, const std::string& words = {},
+                               const std::string& target = {}) const {
+    PageFiles files = files_;
+    files.format = *plot::format_of(files_.path);
+    files.target = target;
+    const WrittenPages written = write_pages(pages, files, control_from(console));
+    if (json_) console.print(json_line(to_json(layout, written.files)));
+    if (!written.status) return fail_writing(written.status.error(), console);
+    if (!json_) console.print(to_text(layout, written.files));
+    if (!words.empty()) console.say(words);
+    console.say("Print at 100 % (no \"fit to page\") and measure the ruler on the page.");
+    return ExitCode::Ok;
+  }
 
  private:
+  /// Says why a page was not written, and gives back the exit code.
+  [[nodiscard]] static ExitCode fail_writing(const Error& error, Console& console);
+
   const CLI::App& app_;
+  PageFiles files_{};
+  bool json_ = false;
   std::string family_ = "tag36h11";
   std::string paper_ = "A4";
   std::string orientation_ = "auto";
@@ -59,12 +77,5 @@ CLI::Option* name_tag_size(CLI::App& app);
 /// Fails unless a size was `given`, by the flag or otherwise, and on a flag that is no size, in words that
 /// help who gave millimetres.
 [[nodiscard]] Status check_tag_size(const CLI::Option& tag_size, bool given);
-
-/// Says why a page was not written, and gives back the exit code.
-[[nodiscard]] ExitCode fail_writing(const Error& error, Console& console);
-
-/// What to do with the paper, for the end of every such verb.
-inline constexpr const char* kPrintReminder =
-    "Print at 100 % (no \"fit to page\") and measure the ruler on the page.";
 
 }  // namespace waymark::cli

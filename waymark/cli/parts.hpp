@@ -15,6 +15,5 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/cli/warnings.hpp"
 #include "waymark/jobs/json_line.hpp"
 // IWYU pragma: end_exports

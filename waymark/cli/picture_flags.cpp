@@ -9,10 +9,10 @@
 
 namespace waymark::cli {
 
-SceneFlags::SceneFlags(CLI::App& app, Settings& settings, Reach reach)
+SceneFlags::SceneFlags(Settings& settings, Reach reach)
     : settings_(settings),
-      camera_(app, settings, "camera", "Camera with --images", reach),
-      scene_(app, settings, "scene", "Scene with --images", reach) {}
+      camera_(settings, "camera", "Camera with --images", reach),
+      scene_(settings, "scene", "Scene with --images", reach) {}
 
 Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& pictures) const {
   if (images) {
@@ -28,8 +28,9 @@ Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& pic
   return status ? refuse(scene_, why, hint) : status;
 }
 
-std::vector<std::string> SceneFlags::as_words() const {
-  std::vector<std::string> words;
+std::vector<std::string> SceneFlags::as_words(const SetupFlags& setup, bool images) const {
+  std::vector<std::string> words = setup.as_words();
+  if (images) words.emplace_back("--images");
   for (const char* section : {"camera", "scene"}) {
     for (std::string& assignment : settings_.assignments(section))
       words.insert(words.end(), {"--set", std::move(assignment)});
@@ -37,10 +38,11 @@ std::vector<std::string> SceneFlags::as_words() const {
   return words;
 }
 
-PictureFlags::PictureFlags(CLI::App& app, Settings& settings, Reach reach, bool detects)
-    : app_(app),
+PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects)
+    : app_(settings.app()),
       threads_(static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U))),
-      scene_(app, settings, reach) {
+      scene_(settings, reach) {
+  CLI::App& app = settings.app();
   app.add_flag("--images", images_, "Render camera pictures and detect tags in them");
   if (detects)
     add_option(app, "--threads INTEGER", threads_,
@@ -52,28 +54,26 @@ PictureFlags::PictureFlags(CLI::App& app, Settings& settings, Reach reach, bool 
 }
 
 Status PictureFlags::check(const RobotSetup& setup) const {
-  Status status;
-  for (const char* flag : {"--images", "--threads", "--faults"}) {
-    if (status && !setup.process.empty())
-      status = refuse_flag(app_, flag, "only a simulated robot is asked for this",
-                           "Leave it out, or --robot process:CMD.");
-  }
-  if (status && !images_)
-    status = refuse_flag(app_, "--threads", "without pictures there is nothing to do on threads",
-                         "Add --images, or leave it out.");
-  return status;
+  Refusals refused(app_);
+  refused.flags(!setup.process.empty(), {"--images", "--threads", "--faults"},
+                "only a simulated robot is asked for this", "Leave it out, or --robot process:CMD.");
+  refused.flags(!images_, {"--threads"}, "without pictures there is nothing to do on threads",
+                "Add --images, or leave it out.");
+  return refused.status();
 }
 
-Status PictureFlags::apply(RobotSetup& setup) const {
-  Status status = check(setup);
-  if (status) status = scene_.apply(images_, setup.simulated.pictures);
-  if (!status) return status;
-  setup.simulated.threads = threads_;
-  if (faults_.empty()) return {};
-  auto faults = read_faults(faults_, setup.simulated.world);
+Result<RobotSetup> PictureFlags::apply(Result<RobotSetup> setup) const {
+  if (!setup) return setup;
+  SimulatedSetup& simulated = setup->simulated;
+  Status status = check(*setup);
+  if (status) status = scene_.apply(images_, simulated.pictures);
+  if (!status) return tl::unexpected(status.error());
+  simulated.threads = threads_;
+  if (faults_.empty()) return setup;
+  auto faults = read_faults(faults_, simulated.world);
   if (!faults) return tl::unexpected(faults.error());
-  setup.simulated.robot.faults = std::move(*faults);
-  return {};
+  simulated.robot.faults = std::move(*faults);
+  return setup;
 }
 
 }  // namespace waymark::cli

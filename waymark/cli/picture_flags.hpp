@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/live/robot_setup.hpp"
 
@@ -14,12 +15,13 @@ namespace waymark::cli {
 /// command line is parsed.
 class SceneFlags {
  public:
-  SceneFlags(CLI::App& app, Settings& settings, Reach reach);
+  SceneFlags(Settings& settings, Reach reach);
 
   /// The options, where there are pictures; without them one on the command line is refused.
   [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& pictures) const;
-  /// What was given again, as "--set SECTION.KEY=VALUE" of another command line.
-  [[nodiscard]] std::vector<std::string> as_words() const;
+  /// What was given again for the command line of a simulated robot, with the flags of its setup, --images,
+  /// and "--set SECTION.KEY=VALUE".
+  [[nodiscard]] std::vector<std::string> as_words(const SetupFlags& setup, bool images) const;
 
  private:
   const Settings& settings_;
@@ -32,13 +34,13 @@ class SceneFlags {
 class PictureFlags {
  public:
   /// Without `detects` nothing is detected, and there is no --threads.
-  PictureFlags(CLI::App& app, Settings& settings, Reach reach, bool detects = true);
+  PictureFlags(Settings& settings, Reach reach, bool detects = true);
   PictureFlags(const PictureFlags&) = delete;
   PictureFlags& operator=(const PictureFlags&) = delete;
 
-  /// Reads the script of faults and sets what the flags say. Fails on flags of a simulated robot where the
-  /// robot is a process.
-  [[nodiscard]] Status apply(RobotSetup& setup) const;
+  /// The setup, unless it failed, with the script of faults and what the flags say. Fails on flags of a
+  /// simulated robot where the robot is a process.
+  [[nodiscard]] Result<RobotSetup> apply(Result<RobotSetup> setup) const;
 
  private:
   [[nodiscard]] Status check(const RobotSetup& setup) const;

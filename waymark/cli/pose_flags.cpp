@@ -1,7 +1,5 @@
 #include "waymark/cli/pose_flags.hpp"
 
-#include <utility>
-
 #include "waymark/cli/flags.hpp"
 #include "waymark/cli/options_flags.hpp"
 
@@ -30,30 +28,9 @@ PoseFlags::PoseFlags(CLI::App& verb) : app_(verb) {
 }
 
 Status PoseFlags::refuse_all(const std::string& why, const std::string& hint) const {
-  Status status;
-  for (const char* flag : {"--camera", "--camera-name", "--camera-size", "--tag-size-m"}) {
-    if (status) status = refuse_flag(app_, flag, why, hint);
-  }
-  return status;
-}
-
-Result<std::optional<PoseSetup>> PoseFlags::make() const {
-  const bool named = !camera_.name.empty();
-  if (camera_.file.empty() && (named || !camera_.size.empty()))
-    return fail(ErrorCode::InvalidArgument, "no file is given in which this camera is described",
-                {.key = named ? "--camera-name" : "--camera-size"},
-                "Give --camera camera.yaml and --tag-size-m 0.16, or leave it out.");
-  if (camera_.file.empty() && sizes_.empty()) return std::optional<PoseSetup>();
-  if (camera_.file.empty() || sizes_.empty()) {
-    return fail(ErrorCode::InvalidArgument, "poses need both the camera and the size of the tags",
-                {.key = camera_.file.empty() ? "--camera" : "--tag-size-m"},
-                "Give --camera camera.yaml and --tag-size-m 0.16 (the side of the black square in metres).");
-  }
-  Result<TagSizes> sizes = parse_tag_sizes(sizes_);
-  if (!sizes) return tl::unexpected(sizes.error());
-  const Result<DescribedCamera> camera = read_camera(camera_);
-  if (!camera) return tl::unexpected(camera.error());
-  return std::optional<PoseSetup>(PoseSetup{camera->camera, std::move(*sizes)});
+  Refusals refused(app_);
+  refused.flags(true, {"--camera", "--camera-name", "--camera-size", "--tag-size-m"}, why, hint);
+  return refused.status();
 }
 
 }  // namespace waymark::cli

@@ -8,7 +8,6 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/jobs/camera_description.hpp"
-#include "waymark/jobs/poses.hpp"
 
 namespace waymark::cli {
 
@@ -25,7 +24,7 @@ class PoseFlags {
 
   /// Nothing when no pose was asked for. Fails when only half of what is needed was given, on a file that
   /// cannot be read and on a size that cannot be.
-  [[nodiscard]] Result<std::optional<PoseSetup>> make() const;
+  [[nodiscard]] Result<std::optional<PoseSetup>> make() const { return described_poses(camera_, sizes_); }
   /// Fails when one of them was given, where no pose is asked for.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 

@@ -36,7 +36,7 @@ struct SomeOptions {
 /// What the verb of the test program prints: its options as applied over a configuration that says count = 7.
 Run prepare_show(CLI::App& app) {
   const auto settings = std::make_shared<Settings>(app);
-  const auto flags = std::make_shared<OptionFlags<SomeOptions>>(app, *settings, "some", "Some");
+  const auto flags = std::make_shared<OptionFlags<SomeOptions>>(*settings, "some", "Some");
   return [settings, flags](Console& console) {
     SomeOptions options{.count = 7};
     if (const Status applied = flags->apply(options); !applied)

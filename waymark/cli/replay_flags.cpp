@@ -14,20 +14,19 @@ bool every_controller_uses(std::string_view key) { return key == "stop_within_m"
 
 }  // namespace
 
-ReplayFlags::ReplayFlags(CLI::App& app, Settings& settings, Reach reach)
-    : filter_(app, settings, "filter", "Methods riekf and ekf", reach),
-      follower_(app, settings, "follower", "Controller follower", reach),
-      actuators_(app, settings, "actuators", "Motion of the robot", reach),
-      profile_(app, settings, "profile", "Speed", reach),
-      watch_(app, settings, "watch", "Alarms", reach),
-      consistency_(app, settings, "consistency", "Alarms: sources of motion that contradict each other",
-                   reach),
-      safety_(app, settings, "safety", "Limits", reach) {
+ReplayFlags::ReplayFlags(Settings& settings, Reach reach)
+    : filter_(settings, "filter", "Methods riekf and ekf", reach),
+      follower_(settings, "follower", "Controller follower", reach),
+      actuators_(settings, "actuators", "Motion of the robot", reach),
+      profile_(settings, "profile", "Speed", reach),
+      watch_(settings, "watch", "Alarms", reach),
+      consistency_(settings, "consistency", "Alarms: sources of motion that contradict each other", reach),
+      safety_(settings, "safety", "Limits", reach) {
   if (reach == Reach::SettingsOnly) return;
-  anchor_.emplace(app, settings, "anchor", "Method anchor");
-  pursuit_.emplace(app, settings, "pursuit", "Controller pursuit");
-  goal_.emplace(app, settings, "goal", "Controller pose");
-  app.get_option("--speed-m-s")->group(kFirstGroup);
+  anchor_.emplace(settings, "anchor", "Method anchor");
+  pursuit_.emplace(settings, "pursuit", "Controller pursuit");
+  goal_.emplace(settings, "goal", "Controller pose");
+  settings.app().get_option("--speed-m-s")->group(kFirstGroup);
 }
 
 Status ReplayFlags::check(const ReplayJob& job) const {
@@ -36,8 +35,7 @@ Status ReplayFlags::check(const ReplayJob& job) const {
   Status status = only_with(by_anchor, anchor_, "the method anchor");
   if (status && by_anchor)
     status = refuse(filter_, "this is an option of the methods riekf and ekf", "Leave it out.");
-  if (status)
-    status = refuse(filter_, "only the smoother of `waymark localize` has a delay", "Leave it out.", "lag_s");
+  if (status) status = refuse(filter_, kNoDelay, "Leave it out.", "lag_s");
   if (status) status = only_with(controller == ReplayController::Pursuit, pursuit_, "the controller pursuit");
   if (status) status = only_with(controller == ReplayController::Pose, goal_, "the controller pose");
   for (const std::string& key : field_names<FollowerOptions>()) {

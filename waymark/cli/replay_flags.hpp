@@ -12,7 +12,7 @@ namespace waymark::cli {
 class ReplayFlags {
  public:
   /// SettingsOnly: of the usual method and controller alone, for verbs that do not choose them.
-  ReplayFlags(CLI::App& app, Settings& settings, Reach reach);
+  ReplayFlags(Settings& settings, Reach reach);
 
   /// Writes what was given over the job. Fails on options of a method or a controller that the job does not
   /// use.

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/drivers/dds/bus.hpp"
+#include "waymark/drivers/dds/ros_environment.hpp"
 
 namespace CLI {
 class App;
@@ -16,7 +16,8 @@ inline constexpr const char* kRosDistroHelp =
     "A wrong one may crash its programs";
 
 /// Where on the network of ROS 2: flags over what ROS's environment variables say.
-struct Ros2Flags {
+class Ros2Flags {
+ public:
   explicit Ros2Flags(CLI::App& app);
   Ros2Flags(const Ros2Flags&) = delete;
   Ros2Flags& operator=(const Ros2Flags&) = delete;
@@ -25,11 +26,12 @@ struct Ros2Flags {
   /// ROS 2 that is none.
   [[nodiscard]] Result<BusOptions> options(const std::string& node = "waymark",
                                            const std::string& usual_distro = "") const;
+  /// Fails when one of them was given, where nothing joins the network.
+  [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
-  int domain = -1;
-  bool localhost = false;
-  std::string interface {};
-  std::string distro{};
+ private:
+  const CLI::App& app_;
+  RosPlace place_{};
 };
 
 }  // namespace waymark::cli

@@ -8,7 +8,7 @@
 
 namespace waymark::cli {
 
-Settings::Settings(CLI::App& app) {
+Settings::Settings(CLI::App& app) : app_(app) {
   app.add_option(
          "--config", config_path_,
          "YAML file with options by section and key, as --set names them; --set and flags override it")

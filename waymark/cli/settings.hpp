@@ -34,6 +34,8 @@ class Settings : public OptionLayers {
   Settings(const Settings&) = delete;
   Settings& operator=(const Settings&) = delete;
 
+  /// The verb whose options they are.
+  [[nodiscard]] CLI::App& app() const { return app_; }
   /// For the help of --set; the first one counts.
   void name_example(const std::string& assignment);
   /// For --help-all.
@@ -42,6 +44,7 @@ class Settings : public OptionLayers {
  private:
   [[nodiscard]] std::string keys_text() const;
 
+  CLI::App& app_;
   CLI::Option* set_ = nullptr;
   bool named_example_ = false;
   std::string config_path_;

@@ -16,8 +16,8 @@ using test::Outer;
 struct Args {
   explicit Args(CLI::App& app)
       : settings(app),
-        outer(app, settings, "outer", "Outside"),
-        inner(app, settings, "inner", "Inside", Reach::SettingsOnly) {}
+        outer(settings, "outer", "Outside"),
+        inner(settings, "inner", "Inside", Reach::SettingsOnly) {}
   Settings settings;
   OptionFlags<Outer> outer;
   OptionFlags<Inner> inner;

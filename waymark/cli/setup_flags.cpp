@@ -1,15 +1,12 @@
 #include "waymark/cli/setup_flags.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
 #include "waymark/cli/flags.hpp"
-#include "waymark/cli/options_flags.hpp"
 #include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
+
 void add_flags(CLI::App& app, LoneAnchor& flags) {
   add_option(app, "--anchor TAG", flags.anchor,
              "Anchor tag of the map with --robot process, for example tag36h11:0, or its id; it must be in "
@@ -37,9 +34,8 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : app_(app), processes_(processes), world_(world) {
   add_option(app, "--robot NAME", robot_, robot_kinds_help(processes), kShown);
-  CLI::Option* world_flag = add_option(app, "--world NAME", world_,
-                                       "World of the simulated robot: circuit24, limo-walls, academy-house, "
-                                       "mbot-square, or the path of a .yaml file");
+  CLI::Option* world_flag =
+      add_option(app, "--world NAME", world_, fmt::format("World of the simulated robot: {}", kWorldNames));
   if (world.empty() && !processes) world_flag->required();
   if (!world.empty()) world_flag->capture_default_str();
   add_option(app, "--robot-file NAME", robot_file_,
@@ -56,9 +52,9 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
 }
 
-Status SetupFlags::refuse_seed() const {
-  return refuse_flag(app_, "--seed", "nothing is drawn at random for a robot that is a process",
-                     "Leave it out; a simulated process takes a seed of its own.");
+void SetupFlags::refuse_seed(bool when, Refusals& refused) {
+  refused.flags(when, {"--seed"}, "nothing is drawn at random for a robot that is a process",
+                "Leave it out; a simulated process takes a seed of its own.");
 }
 
 std::vector<std::string> SetupFlags::as_words() const {
@@ -68,32 +64,21 @@ std::vector<std::string> SetupFlags::as_words() const {
 }
 
 Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
-  const std::string file = robot_file_.empty() ? robot_file : robot_file_;
-  if (auto setup = processes_ ? load_kind(robot_, world_, file, seed_) : std::nullopt) {
-    if (!*setup) return std::move(*setup);
-    if (app_.count("--search-every") == 0)
-      if (Status strips = refuse_flag(app_, "--search-strips", kSearchedWholly, kSearchEvery); !strips)
-        return tl::unexpected(strips.error());
-    (*setup)->pictures = pictures_;
-    if (Status added = add_live_cameras(live_cameras_, **setup); !added) return tl::unexpected(added.error());
-    return std::move(*setup);
-  }
-  for (const char* flag : {"--detector", "--search-every", "--search-strips"}) {
-    if (Status status = refuse_flag(app_, flag, "a simulated robot finds its tags in another way",
-                                    "Leave it out, or give --robot process:CMD.");
-        !status)
-      return tl::unexpected(status.error());
-  }
-  if (!live_cameras_.empty())
-    return fail(ErrorCode::InvalidArgument, "a simulated robot has simulated cameras",
-                {.key = "--camera-source"}, "Leave it out, or give --robot process:CMD.");
-  if (robot_ != "sim")
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
-                suggestion(robot_, robot_kind_names(processes_)));
-  if (lacks_world())
-    return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
-                {.key = "--world"}, "For example --world circuit24.");
-  return load_setup(world_, file, seed_);
+  const bool process = processes_ && is_robot_kind(robot_);
+  const char* of_a_process = "Leave it out, or give --robot process:CMD.";
+  Refusals refused(app_);
+  refused.flags(!process, {"--detector", "--search-every", "--search-strips"},
+                "a simulated robot finds its tags in another way", of_a_process);
+  refused.flags(!process, {"--camera-source"}, "a simulated robot has simulated cameras", of_a_process);
+  refused.flags(process && app_.count("--search-every") == 0, {"--search-strips"}, kSearchedWholly,
+                kSearchEvery);
+  if (!refused.status()) return tl::unexpected(refused.status().error());
+  const std::string& file = robot_file_.empty() ? robot_file : robot_file_;
+  Result<RobotSetup> setup = load_robot(robot_, world_, file, seed_, processes_);
+  if (!setup || !process) return setup;
+  setup->pictures = pictures_;
+  if (Status added = add_live_cameras(live_cameras_, *setup); !added) return tl::unexpected(added.error());
+  return setup;
 }
 
 }  // namespace waymark::cli

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/cli/options_flags.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/live/start_recording.hpp"
 
@@ -49,8 +50,8 @@ class SetupFlags {
   [[nodiscard]] Result<RobotSetup> make(const std::string& robot_file = {}) const;
   /// Whether the robot is simulated and no flag names its world.
   [[nodiscard]] bool lacks_world() const { return robot_ == "sim" && world_.empty(); }
-  /// Fails when --seed was given and nothing is simulated or scripted.
-  [[nodiscard]] Status refuse_seed() const;
+  /// Refuses --seed, `when` nothing is simulated or scripted.
+  static void refuse_seed(bool when, Refusals& refused);
   /// The flags of the simulated robot again, for a command line.
   [[nodiscard]] std::vector<std::string> as_words() const;
 

@@ -6,7 +6,7 @@
 
 #include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/config/share.hpp"
+#include "waymark/config/robot_list.hpp"
 
 namespace waymark::cli {
 
@@ -38,8 +38,7 @@ void NetworkRobotFlags::add_sharing(CLI::App& app) {
 }
 
 Result<RobotDescription> NetworkRobotFlags::robot(const std::string& usual) const {
-  const auto path = find_shared("robots", robot_file.empty() ? usual : robot_file);
-  return path ? read_robot(*path) : tl::unexpected(path.error());
+  return read_named_robot(robot_file.empty() ? usual : robot_file);
 }
 
 }  // namespace waymark::cli

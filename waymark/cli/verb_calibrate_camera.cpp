@@ -1,15 +1,8 @@
-#include <memory>
 #include <utility>
 
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
 #include "waymark/cli/calibrate_camera_flags.hpp"
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/calibrate_camera_text.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/live/calibrate_guided.hpp"
 #include "waymark/live/camera_address.hpp"
 
@@ -68,17 +61,11 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
                                               .page = args.page},
                                              control)
                           : calibrate_camera(planned->job, planned->target, planned->finder, control);
-  if (!report)
-    return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   const Status written = write_camera_calibration(planned->job, *report);
   if (!written) return console.failed(written.error(), ExitCode::SomeFailed);
   return planned->guided && interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
-}
-
-Run prepare_calibrate_camera(CLI::App& app) {
-  const auto args = std::make_shared<CalibrateCameraArgs>(app);
-  return [args](Console& console) { return calibrate(*args, console); };
 }
 
 }  // namespace
@@ -110,8 +97,7 @@ Examples:
   waymark calibrate camera v4l2:/dev/video0 --cols 6 --rows 5 --tag-size-m 0.025 --resume views --view -o calibration.yaml
   waymark detect photograph.png --camera calibration.yaml --tag-size-m 0.16
 )",
-      .prepare = prepare_calibrate_camera,
-      .verbs = {}};
+      .prepare = prepared(calibrate)};
 }
 
 }  // namespace waymark::cli

@@ -7,8 +7,7 @@ namespace waymark::cli {
 namespace {
 
 struct CalibrateRobotArgs {
-  explicit CalibrateRobotArgs(CLI::App& verb)
-      : app(verb), settings(verb), filter(verb, settings, "filter", "Filter") {
+  explicit CalibrateRobotArgs(CLI::App& verb) : settings(verb), filter(settings, "filter", "Filter") {
     add_option(verb, "LOG", job.drive.logs, "Recordings of one drive past tags", kRequired);
     add_option(verb, "--map FILE", job.drive.map,
                "Map of the tags, as for `waymark localize`. Unless given: the tags are mapped together with "
@@ -38,7 +37,6 @@ struct CalibrateRobotArgs {
     verb.add_flag("--json", json, "One JSON object instead of a table");
   }
 
-  const CLI::App& app;
   Settings settings;
   CalibrateRobotJob job{};
   std::string by;
@@ -50,11 +48,11 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   CalibrateRobotJob job = args.job;
   if (args.by == "lap") job.by = CalibrateRobotBy::Lap;
   if (args.by == "innovations") job.by = CalibrateRobotBy::Innovations;
-  Status flags =
-      refuse(args.filter, "only the smoother of `waymark localize` has a delay", "Leave it out.", "lag_s");
-  if (flags && (job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations))
-    flags = refuse_flag(args.app, "--map-sigma", "this is about a map, where the method is lap",
-                        "Give --map, or leave it out.");
+  Refusals refused(args.settings.app());
+  refused.options(true, args.filter, kNoDelay, "Leave it out.", "lag_s");
+  refused.flags(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"--map-sigma"},
+                "this is about a map, where the method is lap", "Give --map, or leave it out.");
+  Status flags = refused.status();
   if (flags) flags = args.filter.apply(job.drive.filter);
   if (!flags) return tl::unexpected(flags.error());
   if (!args.filter.given()) return job;
@@ -69,11 +67,9 @@ ExitCode calibrate(const CalibrateRobotArgs& args, Console& console) {
   const Result<CalibrateRobotJob> job = job_of(args);
   if (!job) return fail_usage(job.error(), console);
   const Result<CalibrateRobotReport> report = calibrate_robot(*job, control_from(console));
-  if (!report)
-    return console.failed(report.error(),
-                          interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
+  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
-  say_warnings(report->warnings, console);
+  console.warn(report->warnings);
   const auto earlier = write_robot_calibration(*job, *report);
   if (!earlier) return console.failed(earlier.error(), ExitCode::SomeFailed);
   if (!earlier->empty()) console.say("the earlier file is kept: " + *earlier);

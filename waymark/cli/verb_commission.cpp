@@ -1,10 +1,7 @@
-#include <cctype>
-
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/live/commission.hpp"
 #include "waymark/live/own_robot.hpp"
-#include "waymark/live/typed_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -31,40 +28,22 @@ struct CommissionArgs {
   bool json = false;
 };
 
-CommissionPerson person_at(Console& console) {
-  CommissionPerson person;
-  person.there = true;
-  person.ready = [&console](const std::string& words) -> Status {
-    console.say(words + " Then press Enter (Ctrl-C ends).");
-    const auto line = typed_line(interrupted);
-    return line ? Status() : tl::unexpected(line.error());
-  };
-  person.saw = [&console](const std::string& question) -> Seen {
-    console.say(question + " y or n, Enter where you did not see it");
-    const auto line = typed_line(interrupted);
-    if (!line || line->empty()) return {};
-    const int answer = std::tolower(static_cast<unsigned char>(line->front()));
-    return answer == 'y' ? Seen(true) : answer == 'n' ? Seen(false) : Seen();
-  };
-  return person;
-}
-
 ExitCode commission_robot(const CommissionArgs& args, Console& console) {
   Result<RobotSetup> setup = args.setup.make();
-  if (setup && setup->process.empty()) {
-    setup->ground.robot = "sim";
-    Status started = refuse_flag(args.app, "--yes", "a simulated robot needs no answers", "Leave it out.");
-    if (started) started = become_the_robot(*setup, args.setup.as_words(), {.lockstep = true});
-    if (!started) setup = tl::unexpected(started.error());
-  }
-  if (setup && setup->ground.robot != "sim")
-    if (Status seed = args.setup.refuse_seed(); !seed) setup = tl::unexpected(seed.error());
   if (!setup) return fail_usage(setup.error(), console);
-  const auto stop = listen_for_stop("first drive of " + setup->simulated.model.name, console);
+  const bool not_a_process = setup->process.empty();
+  if (not_a_process) setup->ground.robot = "sim";
   const bool simulated = setup->ground.robot == "sim";
-  const auto report =
-      commission(*setup, args.job, args.yes || simulated ? CommissionPerson{} : person_at(console),
-                 control_from(console));
+  Refusals refused(args.app);
+  refused.flags(not_a_process, {"--yes"}, "a simulated robot needs no answers", "Leave it out.");
+  SetupFlags::refuse_seed(!simulated, refused);
+  Status started = refused.status();
+  if (started && not_a_process) started = become_the_robot(*setup, args.setup.as_words(), {.lockstep = true});
+  if (!started) return fail_usage(started.error(), console);
+  const auto stop = listen_for_stop("first drive of " + setup->simulated.model.name, console);
+  const JobControl control = control_from(console);
+  const auto report = commission(
+      *setup, args.job, args.yes || simulated ? CommissionPerson{} : person_at_terminal(control), control);
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   if (report->interrupted) return ExitCode::Interrupted;

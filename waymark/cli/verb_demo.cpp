@@ -18,8 +18,8 @@ struct DemoArgs {
   explicit DemoArgs(CLI::App& app)
       : settings(app),
         setup(app, "circuit24"),
-        scene(app, settings, Reach::SettingsOnly),
-        options(app, settings, Reach::SettingsOnly) {
+        scene(settings, Reach::SettingsOnly),
+        options(settings, Reach::SettingsOnly) {
     add_flags(app, live);
     add_option(app, "-o,--output FOLDER", job.folder, "Folder for recordings, map and figures", kShown);
     add_option(app, "--laps NUMBER", job.replay.replay.laps, "Number of laps of the replay", kShown,
@@ -34,20 +34,19 @@ struct DemoArgs {
   SetupFlags setup;
   SceneFlags scene;
   ReplayFlags options;
-  LiveFlags live{};
+  ViewerOptions live{};
   DemoJob job{};
   bool json = false;
 };
 
 /// The same session by the clock, while somebody watches; it stays until it is ended.
 ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& setup, Console& console) {
-  std::vector<std::string> words = args.setup.as_words();
-  if (args.job.images) words.emplace_back("--images");
-  for (std::string& word : args.scene.as_words()) words.push_back(std::move(word));
   Status status = clear_demo_folder(args.job.folder);
-  if (status) status = become_the_robot(setup, std::move(words), {.lockstep = true, .pace = 1});
+  if (status)
+    status = become_the_robot(setup, args.scene.as_words(args.setup, args.job.images),
+                              {.lockstep = true, .pace = 1});
   if (!status) return console.failed(status.error(), ExitCode::SomeFailed);
-  const auto view = start_page(args.live, setup, console);
+  const auto view = LivePage::open(args.live, setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
   const SessionJob job{
       .folder = demo.folder, .driver = "scripted", .replay = demo.replay, .feed = &(*view)->feed()};
@@ -75,17 +74,8 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     return ExitCode::Interrupted;
   }
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  if (args.json) {
-    console.print(json_line(to_json(*report, job)));
-  } else {
-    console.print(fmt::format("{}, {}: against the truth, anchored, not aligned\n",
-                              setup->simulated.world.name, setup->simulated.model.name) +
-                  to_text(*report) +
-                  fmt::format("{:.2f} s for {:.0f} s in the world; figures, recordings and report.html: {}\n",
-                              report->wall_s, report->teach.end.lap_s + report->replay.end.lap_s,
-                              job.folder));
-  }
-  say_warnings(report->map.warnings, console);
+  console.print(args.json ? json_line(to_json(*report, job)) : to_text(*report, *setup, job));
+  console.warn(report->map.warnings);
   if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay, interrupted_by()));
   return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
 }

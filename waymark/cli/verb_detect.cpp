@@ -13,8 +13,7 @@ namespace waymark::cli {
 namespace {
 
 struct DetectArgs {
-  explicit DetectArgs(CLI::App& verb)
-      : app(verb), settings(verb), detector(verb, settings, kFirstGroup), poses(verb) {
+  explicit DetectArgs(CLI::App& verb) : settings(verb), detector(settings, kFirstGroup), poses(verb) {
     add_flags(verb, page,
               verb.add_flag("--view", view, "Show one live camera in the browser, with its controls"));
     add_option(verb, "SOURCE", job.sources,
@@ -32,7 +31,6 @@ struct DetectArgs {
                between(0.0, 1e7));
   }
 
-  const CLI::App& app;
   Settings settings;
   DetectJob job{};
   bool json = false;
@@ -45,26 +43,20 @@ struct DetectArgs {
 };
 
 ExitCode detect(const DetectArgs& args, Console& console) {
-  const auto wrong_usage = [&](const Error& error) {
-    console.say(error);
-    return ExitCode::Usage;
-  };
-  if (!args.json) {
-    if (const Status effective = refuse_flag(args.app, "--covariance", "tables do not show covariances",
-                                             "Add --json, or leave it out.");
-        !effective)
-      return wrong_usage(effective.error());
-  }
+  const CLI::App& app = args.settings.app();
+  Refusals refused(app);
+  refused.flags(!args.json, {"--covariance"}, "tables do not show covariances",
+                "Add --json, or leave it out.");
+  if (!refused.status()) return console.failed(refused.status().error(), ExitCode::Usage);
   const auto finder = args.detector.make();
-  if (!finder) return wrong_usage(finder.error());
+  if (!finder) return console.failed(finder.error(), ExitCode::Usage);
   auto poses = args.poses.make();
   if (!poses) {
-    console.say(poses.error());
     const bool flag = poses.error().place.source.empty();  // else the calibration, which is an input
-    return flag ? ExitCode::Usage : ExitCode::SomeFailed;
+    return console.failed(poses.error(), flag ? ExitCode::Usage : ExitCode::SomeFailed);
   }
-  const auto live = is_camera_input(args.app, args.job.sources);
-  if (!live) return wrong_usage(live.error());
+  const auto live = is_camera_input(app, args.job.sources);
+  if (!live) return console.failed(live.error(), ExitCode::Usage);
   if (*live)
     return detect_live({.addresses = args.job.sources,
                         .poses = std::move(*poses),
@@ -81,7 +73,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
           console.print(to_text(report) + to_text(report.detections, of_tags));
         return !console.output_ended();
       });
-  if (!summary) return wrong_usage(summary.error());
+  if (!summary) return console.failed(summary.error(), ExitCode::Usage);
   console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "picture"),
                           counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;

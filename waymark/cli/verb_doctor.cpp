@@ -1,4 +1,3 @@
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/live/doctor_job.hpp"
 
@@ -47,7 +46,6 @@ struct DoctorArgs {
 ExitCode examine(const DoctorArgs& args, Console& console) {
   const auto lines = run_doctor(args.job, interrupted);
   if (!lines) {
-    if (interrupted()) return console.failed(lines.error(), ExitCode::Interrupted);
     const ErrorCode code = lines.error().code;  // a file or profile that is named wrongly, too
     const bool usage = code == ErrorCode::InvalidArgument || code == ErrorCode::NotFound;
     return console.failed(lines.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);

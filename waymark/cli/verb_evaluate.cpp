@@ -9,8 +9,7 @@ namespace {
 using namespace std::string_literals;
 
 struct TrajectoryArgs {
-  explicit TrajectoryArgs(CLI::App& verb)
-      : app(verb), settings(verb), scoring(verb, settings, "scoring", "Scoring") {
+  explicit TrajectoryArgs(CLI::App& verb) : settings(verb), scoring(settings, "scoring", "Scoring") {
     add_option(verb, "EST", job.estimate, "What is judged: a recording with poses, or a TUM file");
     add_option(verb, "REF", job.reference,
                "What is right: a recording with /truth/pose, a TUM file, a route.yaml, or a CSV of corners "
@@ -37,7 +36,6 @@ struct TrajectoryArgs {
     verb.add_flag("--json", json, "One JSON object instead of a table");
   }
 
-  const CLI::App& app;
   Settings settings;
   EvaluateTrajectoryJob job{};
   std::string alignment = "none";
@@ -48,26 +46,17 @@ struct TrajectoryArgs {
 
 /// Flags that have no effect on what is compared.
 Status check_effects(const TrajectoryArgs& args, const Reference* reference) {
-  if (args.figures.empty()) {
-    Status status = refuse_flag(args.app, "--map", "no figure is drawn", "Add --figures, or leave it out.");
-    if (!status || reference == nullptr) return status;
-  }
-  Status status;
-  for (const char* flag : {"--alignment", "--time-offset-s"}) {
-    if (status && reference != nullptr && reference->timed.empty())
-      status = refuse_flag(args.app, flag, "of REF only the path is known, and no times", "Leave it out.");
-  }
-  if (status && reference != nullptr && !reference->timed.empty())
-    status = refuse_flag(args.app, "--closed", "REF says when the robot was where: a loop needs no closing",
-                         "Leave it out.");
-  return status;
+  const bool known = reference != nullptr;
+  Refusals refused(args.settings.app());
+  refused.flags(args.figures.empty(), {"--map"}, "no figure is drawn", "Add --figures, or leave it out.");
+  refused.flags(known && reference->timed.empty(), {"--alignment", "--time-offset-s"},
+                "of REF only the path is known, and no times", "Leave it out.");
+  refused.flags(known && !reference->timed.empty(), {"--closed"},
+                "REF says when the robot was where: a loop needs no closing", "Leave it out.");
+  return refused.status();
 }
 
 ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
-  const auto failed = [&](const Error& error) {
-    console.say(error);
-    return ExitCode::SomeFailed;
-  };
   EvaluateTrajectoryJob job = args.job;
   if (job.estimate.empty() || job.reference.empty()) {
     console.say("give two files, EST REF, or the verb 'detections'. " +
@@ -80,18 +69,18 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   if (!usable) return console.failed(usable.error(), ExitCode::Usage);
   const JobControl control = control_from(console);
   const Result<EvaluationInputs> inputs = read_evaluation(job, control);
-  if (!inputs) return failed(inputs.error());
+  if (!inputs) return console.failed(inputs.error(), ExitCode::SomeFailed);
   if (usable = check_effects(args, &inputs->reference); !usable)
     return console.failed(usable.error(), ExitCode::Usage);
   job.alignment = *alignment_kind(args.alignment);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
-  if (!report) return failed(report.error());
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
     console.say("warning: " + doubt);
   if (args.figures.empty()) return ExitCode::Ok;
   const auto files = write_evaluation_figures(*inputs, *report, args.figures);
-  if (!files) return failed(files.error());
+  if (!files) return console.failed(files.error(), ExitCode::SomeFailed);
   for (const std::string& file : *files) console.say("wrote " + file);
   return ExitCode::Ok;
 }

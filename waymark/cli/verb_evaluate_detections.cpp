@@ -8,10 +8,7 @@ namespace {
 
 struct EvaluateArgs {
   explicit EvaluateArgs(CLI::App& verb)
-      : app(verb),
-        settings(verb),
-        matching(verb, settings, "matching", "Matching"),
-        detector(verb, settings, kMoreGroup) {
+      : settings(verb), matching(settings, "matching", "Matching"), detector(settings, kMoreGroup) {
     add_option(verb, "SOURCE", job.sources, "Pictures to detect in: files, folders, or quoted patterns");
     add_option(verb, "--truth FILE", job.truth,
                "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where known, size_px, "
@@ -30,7 +27,6 @@ struct EvaluateArgs {
         ->allow_extra_args(false);
   }
 
-  const CLI::App& app;
   Settings settings;
   EvaluateDetectionsJob job{};
   bool json = false;
@@ -46,30 +42,25 @@ Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
   if (job.sources.empty() == job.detections.empty())
     return fail(ErrorCode::InvalidArgument,
                 "give either pictures to detect in, or --detections with what was detected");
-  if (!job.detections.empty()) {
-    const char* why = "with --detections nothing is detected";
-    usable = refuse_flag(args.app, "--recursive", why, "Leave it out, or give pictures.");
-    if (usable) usable = args.detector.refuse_all(why, "Leave it out, or give pictures.");
-  }
-  if (!usable) return tl::unexpected(usable.error());
+  const char* why = "with --detections nothing is detected";
+  Refusals refused(args.settings.app());
+  refused.flags(!job.detections.empty(), {"--recursive"}, why, "Leave it out, or give pictures.");
+  refused.all(!job.detections.empty(), args.detector, why, "Leave it out, or give pictures.");
+  if (!refused.status()) return tl::unexpected(refused.status().error());
   return job;
 }
 
 ExitCode evaluate(const EvaluateArgs& args, Console& console) {
-  const auto failed = [&](const Error& error, ExitCode code) {
-    console.say(error);
-    return code;
-  };
   const auto job = job_of(args);
-  if (!job) return failed(job.error(), ExitCode::Usage);
+  if (!job) return console.failed(job.error(), ExitCode::Usage);
   TagFinder finder;
   if (!job->sources.empty()) {
     auto made = args.detector.make();
-    if (!made) return failed(made.error(), ExitCode::Usage);
+    if (!made) return console.failed(made.error(), ExitCode::Usage);
     finder = std::move(*made);
   }
   const auto report = evaluate_detections(*job, finder, control_from(console));
-  if (!report) return failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   if (report->scores)
     console.print(args.json ? json_line(to_json(*report->scores)) : to_text(*report->scores));
   const bool some_failed = report->failed > 0 || report->error;

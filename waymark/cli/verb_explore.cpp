@@ -11,9 +11,9 @@ struct ExploreArgs {
   explicit ExploreArgs(CLI::App& app)
       : settings(app),
         setup(app, "academy-house"),
-        pictures(app, settings, Reach::SettingsOnly),
-        explore(app, settings, "explore", "Wandering"),
-        filter(app, settings, "filter", "Localisation") {
+        pictures(settings, Reach::SettingsOnly),
+        explore(settings, "explore", "Wandering"),
+        filter(settings, "filter", "Localisation") {
     add_option(app, "--map PATH", job.map,
                "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, as a person "
                "measured them");
@@ -34,14 +34,12 @@ struct ExploreArgs {
 
 ExitCode explore(const ExploreArgs& args, Console& console) {
   ExploreJob job = args.job;
-  Status status =
-      refuse(args.filter, "only the smoother of `waymark localize` has a delay", "Leave it out.", "lag_s");
+  Status status = refuse(args.filter, kNoDelay, "Leave it out.", "lag_s");
   if (status) status = args.explore.apply(job.explore);
   if (status) status = args.filter.apply(job.filter);
   if (!status) return fail_usage(status.error(), console);
-  Result<RobotSetup> setup = args.setup.make();
-  status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
-  if (!status) return console.failed(status.error(), ExitCode::Usage);
+  Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
+  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
   const Result<ExploreReport> report = explore_world(std::move(*setup), job, control_from(console));
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));

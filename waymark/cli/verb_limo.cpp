@@ -1,7 +1,7 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/standard_wire.hpp"
-#include "waymark/config/share.hpp"
+#include "waymark/config/robot_list.hpp"
 #include "waymark/drivers/limo/limo_robot.hpp"
 
 namespace waymark::cli {
@@ -31,8 +31,7 @@ struct LimoRobotArgs {
 };
 
 ExitCode limo_robot(const LimoRobotArgs& args, Console& console) {
-  const auto path = find_shared("robots", args.robot_file);
-  const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
+  const auto robot = read_named_robot(args.robot_file);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
   if (!drive) return console.failed(drive.error(), ExitCode::Usage);

@@ -1,18 +1,38 @@
-#include "waymark/cli/localize_flags.hpp"
+#include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/localize_live.hpp"
 #include "waymark/cli/parts.hpp"
-#include "waymark/jobs/localize_text.hpp"
 
 namespace waymark::cli {
 namespace {
 
+constexpr auto kThree = [](CLI::Option& option) { option.expected(3); };
+
 struct LocalizeArgs {
   explicit LocalizeArgs(CLI::App& verb)
-      : app(verb),
-        settings(verb),
-        filter(verb, settings, "filter", "Filters"),
-        anchor(verb, settings, "anchor", "Method anchor") {
-    add_localize_flags(verb, job);
+      : settings(verb), filter(settings, "filter", "Filters"), anchor(settings, "anchor", "Method anchor") {
+    add_option(
+        verb, "LOG", job.logs,
+        "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables; or a video; or a live camera: "
+        "v4l2:/dev/video0. None with --robot KIND:ADDRESS");
+    add_option(verb, "--map FILE", job.map,
+               "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
+               "with id, x, y, or a field layout of WPILib or Limelight",
+               kRequired);
+    add_option(verb, "--robot NAME", job.robot,
+               "Robot to localise while somebody else drives it, KIND:ADDRESS as `waymark teach` has it "
+               "(ros2:limo, mbot:); or of a recording its camera and mounting: a robot's file, or a name. "
+               "Unless given: the recording's, or those of robot.yaml beside the map");
+    add_frame_flags(verb, job.frames);
+    add_option(verb, "--calibration FILE", job.calibration, "Calibration of this robot (calibration.yaml)");
+    add_option(
+        verb, "-o,--output FILE", job.output,
+        "Record the estimates (.mcap), or write the certain ones as poses, one a line (.txt, .tum: TUM)");
+    add_option(verb, "--tag-size-m NUMBER", job.tag_size_m,
+               "Tag size where the map has none (0.24 for the Academy's)");
+    add_option(verb, "--sensor-pose NUMBER", job.sensor_pose,
+               "Mounting of the range sensor on the robot: x y [m], yaw [deg]", kThree);
+    add_option(verb, "--start NUMBER", job.start,
+               "Initial pose of the robot, if it is known: x y [m], yaw [deg]", kThree);
     add_option(verb, "--method NAME", method,
                "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
                "filter), anchor (nearest tag and odometry) or smoother (riekf with a backward pass)",
@@ -24,7 +44,6 @@ struct LocalizeArgs {
     verb.add_flag("--json", json, "One JSON object instead of words");
   }
 
-  const CLI::App& app;
   Settings settings;
   LocalizeJob job{};
   std::string method = "riekf";
@@ -37,16 +56,16 @@ struct LocalizeArgs {
 
 /// Options that the method does not use.
 Status check_effects(const LocalizeArgs& args) {
+  const bool by_anchor = args.method == "anchor";
+  const char* no_filter = "the method anchor has no filter";
   const char* hint = "Leave it out, or choose another --method.";
-  if (args.method == "anchor") {
-    const char* why = "the method anchor has no filter";
-    const Status status = refuse(args.filter, why, hint);
-    return status ? refuse_flag(args.app, "--no-adapt", why, hint) : status;
-  }
-  Status status = refuse(args.anchor, "this is an option of the method anchor", hint);
-  if (status && args.method != "smoother")
-    status = refuse(args.filter, "this is an option of the method smoother", hint, "lag_s");
-  return status;
+  Refusals refused(args.settings.app());
+  refused.options(by_anchor, args.filter, no_filter, hint);
+  refused.flags(by_anchor, {"--no-adapt"}, no_filter, hint);
+  refused.options(!by_anchor, args.anchor, "this is an option of the method anchor", hint);
+  refused.options(args.method != "smoother", args.filter, "this is an option of the method smoother", hint,
+                  "lag_s");
+  return refused.status();
 }
 
 ExitCode localize_log(const LocalizeArgs& args, Console& console) {
@@ -58,13 +77,14 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   if (flags) flags = args.filter.apply(job.filter);
   if (flags) flags = args.anchor.apply(job.anchor);
   if (!flags) return fail_usage(flags.error(), console);
-  const Result<LocalizeInput> input = localize_input(args.app, job);
+  const Result<LocalizeInput> input = localize_input(args.settings.app(), job);
   if (!input) return fail_usage(input.error(), console);
   if (*input == LocalizeInput::Camera || *input == LocalizeInput::Video) {
     const char* why = "a camera without a robot has no filter";
-    Status unused = refuse(args.filter, why, "Leave it out.");
-    if (unused) unused = refuse(args.anchor, why, "Leave it out.");
-    if (!unused) return fail_usage(unused.error(), console);
+    Refusals refused(args.settings.app());
+    refused.options(true, args.filter, why, "Leave it out.");
+    refused.options(true, args.anchor, why, "Leave it out.");
+    if (!refused.status()) return fail_usage(refused.status().error(), console);
   }
   if (*input == LocalizeInput::Robot) return localize_a_robot(args.live, job, args.json, console);
   if (*input == LocalizeInput::Camera) return localize_a_camera(args.live, job, args.json, console);
@@ -72,21 +92,13 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   job.adapt = !args.no_adapt && !args.filter.given();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
-  if (!inputs)
-    return console.failed(inputs.error(),
-                          interrupted() ? ExitCode::Interrupted : exit_code_of(inputs.error()));
+  if (!inputs) return console.failed(inputs.error(), exit_code_of(inputs.error()));
   // The robot's file may have said how it moves; what was asked for goes before.
   if (const Status asked = args.filter.apply(inputs->setup.filter); !asked)
     return fail_usage(asked.error(), console);
   const Result<LocalizeReport> report = localize(job, *inputs, control);
-  if (!report)
-    return console.failed(report.error(),
-                          interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
-  console.print(args.json ? json_line(to_json(job, *report)) : to_text(*report));
-  for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
-  for (const std::string& problem : report->problems) console.say(problem);
-  for (const std::string& doubt : doubts_about(*report)) console.say(doubt);
-  return report->certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
+  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
+  return show_localized(*report, job, args.json, inputs->warnings, console);
 }
 
 }  // namespace

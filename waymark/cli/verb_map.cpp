@@ -1,44 +1,44 @@
-#include <memory>
 #include <optional>
-#include <string>
+#include <utility>
 
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_flags.hpp"
 #include "waymark/cli/map_video_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/cli/warnings.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/map_text.hpp"
 
 namespace waymark::cli {
 namespace {
+
+struct MapVerbArgs : MapArgs {
+  explicit MapVerbArgs(CLI::App& app) : MapArgs(app), video(app) {}
+
+  MapVideoFlags video;
+};
+
+ExitCode show(const auto& report, const MapArgs& args, Console& console) {
+  console.print(args.json ? json_line(to_json(report)) : to_text(report, args.job.folder));
+  console.warn(report.warnings);
+  return ExitCode::Ok;
+}
 
 /// With TagSLAM's files: no floor, any number of cameras and bodies.
 ExitCode map_tagslam(const MapArgs& args, Console& console) {
   const Result<MapSceneJob> job = args.make_scene_job();
   if (!job) return fail_usage(job.error(), console);
   const Result<MapSceneReport> report = map_scene_recording(*job, control_from(console));
-  if (!report)
-    return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
-  say_warnings(report->warnings, console);
-  return ExitCode::Ok;
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  return show(*report, args, console);
 }
 
-ExitCode map(const MapArgs& args, const MapVideoFlags& video, Console& console) {
+ExitCode map(const MapVerbArgs& args, Console& console) {
   if (Status status = args.check(); !status) return fail_usage(status.error(), console);
-  if (MapVideoFlags::takes(args)) return video.map(args, console);
-  if (Status status = video.check_unused(); !status) return fail_usage(status.error(), console);
-  if (!args.tagslam.empty()) return map_tagslam(args, console);
+  if (args.video.takes(args)) return args.video.map(args, console);
+  if (Status status = args.video.check_unused(); !status) return fail_usage(status.error(), console);
+  if (!args.scene.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = args.make_job();
-  const Status maps = job ? args.read_maps(*job) : tl::unexpected(job.error());
-  if (!maps)
-    return console.failed(naming_flag(maps.error()), job ? exit_code_of(maps.error()) : ExitCode::Usage);
+  if (!job) return fail_usage(job.error(), console);
+  if (const Status maps = read_described_maps(args.of, *job); !maps)
+    return console.failed(naming_flag(maps.error()), exit_code_of(maps.error()));
   std::optional<TagFinder> finder;
   if (args.detector.given()) {
     Result<TagFinder> made = args.detector.make();
@@ -47,18 +47,8 @@ ExitCode map(const MapArgs& args, const MapVideoFlags& video, Console& console) 
     job->finder = &*finder;
   }
   const Result<MapReport> report = map_recording(*job, control_from(console));
-  if (!report)
-    return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
-  say_warnings(report->warnings, console);
-  return ExitCode::Ok;
-}
-
-Run prepare_map(CLI::App& app) {
-  const auto args = std::make_shared<MapArgs>(app);
-  args->add_to(app);
-  const auto video = std::make_shared<MapVideoFlags>(app);
-  return [args, video](Console& console) { return map(*args, *video, console); };
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  return show(*report, args, console);
 }
 
 }  // namespace
@@ -108,7 +98,7 @@ Examples:
   waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map
   waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map --distance 3,7,2.41 --upright 3,7,9
 )",
-      .prepare = prepare_map,
+      .prepare = prepared(map),
       .verbs = {map_convert_verb()}};
 }
 

@@ -1,22 +1,26 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
 
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/flags.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/convert_map.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct ConvertMapArgs {
+  explicit ConvertMapArgs(CLI::App& app) {
+    add_option(app, "MAP", job.input, "A map of any form, or the folder of a map.yaml", kRequired);
+    add_option(app, "OUTPUT", job.output, "The file to write", kRequired);
+    to = add_option(app, "--to FORM", form,
+                    fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
+                                fmt::join(map_form_names(), ", ")),
+                    kShown);
+    add_option(app, "--tag-size-m NUMBER", job.tag_size_m,
+               "Side of the black square of tags whose file does not say it");
+    add_option(app, "--remove TAGS", job.remove, "Tags to exclude, such as 3,7 or tag36h11:3", kByCommas);
+    add_flag(app, "--force", job.force, "Replace a file that is there");
+    add_flag(app, "--json", json, "One JSON object instead of words");
+  }
+
   ConvertMapJob job{};
   const CLI::Option* to = nullptr;
   std::string form = "waymark";
@@ -35,27 +39,10 @@ ExitCode convert(const ConvertMapArgs& args, Console& console) {
   ConvertMapJob job = args.job;
   job.form = *form;
   const Result<ReadMap> done = convert_map(job, control_from(console));
-  if (!done)
-    return console.failed(done.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
+  if (!done) return console.failed(done.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(job, *done)) : to_text(job, *done));
   for (const std::string& warning : done->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
-}
-
-Run prepare_convert_map(CLI::App& app) {
-  const auto args = std::make_shared<ConvertMapArgs>();
-  add_option(app, "MAP", args->job.input, "A map of any form, or the folder of a map.yaml", kRequired);
-  add_option(app, "OUTPUT", args->job.output, "The file to write", kRequired);
-  args->to = add_option(app, "--to FORM", args->form,
-                        fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
-                                    fmt::join(map_form_names(), ", ")),
-                        kShown);
-  add_option(app, "--tag-size-m NUMBER", args->job.tag_size_m,
-             "Side of the black square of tags whose file does not say it");
-  add_option(app, "--remove TAGS", args->job.remove, "Tags to exclude, such as 3,7 or tag36h11:3", kByCommas);
-  add_flag(app, "--force", args->job.force, "Replace a file that is there");
-  add_flag(app, "--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return convert(*args, console); };
 }
 
 }  // namespace
@@ -81,8 +68,7 @@ Examples:
   waymark map convert map layout.json --to wpilib
   waymark map convert map field.fmap
 )",
-      .prepare = prepare_convert_map,
-      .verbs = {}};
+      .prepare = prepared(convert)};
 }
 
 }  // namespace waymark::cli

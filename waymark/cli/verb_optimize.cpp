@@ -1,21 +1,15 @@
 #include <fmt/ranges.h>
 
 #include "waymark/cli/parts.hpp"
-#include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_fields.hpp"
 #include "waymark/jobs/optimize_route.hpp"
 #include "waymark/jobs/route_files.hpp"
 
 namespace waymark::cli {
 namespace {
 
-constexpr std::size_t kMostWeightBytes = std::size_t{1} << 16U;
-
 struct OptimizeArgs {
   explicit OptimizeArgs(CLI::App& app)
-      : settings(app),
-        weights(app, settings, "weights", "Weights"),
-        profile(app, settings, "profile", "Speed") {
+      : settings(app), weights(settings, "weights", "Weights"), profile(settings, "profile", "Speed") {
     app.get_option("--speed-m-s")->group(kFirstGroup);
     add_option(app, "MAP", job.folder, "Folder that `waymark map` wrote", kRequired);
     add_option(app, "--name NAME", job.name, "Name of the new route; the taught one stays as it is", kShown);
@@ -33,15 +27,10 @@ struct OptimizeArgs {
 };
 
 Result<OptimizerOptions> weights_of(const OptimizeArgs& args) {
-  OptimizerOptions options;
-  if (!args.weights_file.empty()) {
-    const auto text = read_text_file(args.weights_file, kMostWeightBytes);
-    if (!text) return tl::unexpected(text.error());
-    const auto read = parse_fields<OptimizerOptions>(*text, args.weights_file);
-    if (!read) return tl::unexpected(read.error());
-    options = *read;
-  }
-  if (Status status = args.weights.apply(options); !status) return tl::unexpected(status.error());
+  Result<OptimizerOptions> options =
+      args.weights_file.empty() ? OptimizerOptions() : read_weights(args.weights_file);
+  if (!options) return options;
+  if (Status status = args.weights.apply(*options); !status) return tl::unexpected(status.error());
   return options;
 }
 
@@ -57,9 +46,7 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
   if (!report->set_aside.empty())
     console.say(fmt::format("what stood there before has a number in its name now: {}",
                             fmt::join(report->set_aside, ", ")));
-  console.print(args.json ? json_line(to_json(job, *report))
-                          : to_text(report->found) + fmt::format("{}: drive it with `{}`\n",
-                                                                 report->files.front(), drive_command(job)));
+  console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
   return ExitCode::Ok;
 }
 

@@ -6,27 +6,29 @@ namespace waymark::cli {
 namespace {
 
 struct PlayArgs {
-  explicit PlayArgs(CLI::App& app) {
-    add_option(app, "--topics TOPIC,…", part.topics,
+  explicit PlayArgs(CLI::App& verb) : app(verb) {
+    add_option(verb, "--topics TOPIC,…", part.topics,
                "Only these topics, with commas between them. Unless given: all", kByCommas);
-    add_option(app, "--from SECONDS", part.from_s, "Begin this many seconds after the first message", kShown);
-    add_option(app, "--to SECONDS", part.to_s,
+    add_option(verb, "--from SECONDS", part.from_s, "Begin this many seconds after the first message",
+               kShown);
+    add_option(verb, "--to SECONDS", part.to_s,
                "End this many seconds after the first message. Unless given: with the file");
-    add_option(app, "FILE", file,
+    add_option(verb, "FILE", file,
                "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed", kRequired);
-    add_option(app, "--speed NUMBER", speed,
+    add_option(verb, "--speed NUMBER", speed,
                "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting", kShown);
-    app.add_flag("--messages", messages,
-                 "All messages as they lie in the file (topic, type, size) instead of samples");
-    app.add_flag(
+    verb.add_flag("--messages", messages,
+                  "All messages as they lie in the file (topic, type, size) instead of samples");
+    verb.add_flag(
         "--ros2", ros2,
         "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)");
-    app.add_flag(
+    verb.add_flag(
         "--commands", commands,
         "With --ros2: also publish recorded velocity commands, which move a robot that listens to them");
-    app.add_flag("--json", json, "One JSON object a line instead of words");
+    verb.add_flag("--json", json, "One JSON object a line instead of words");
   }
 
+  const CLI::App& app;
   std::string file;
   double speed = 1;
   bool messages = false;
@@ -48,13 +50,11 @@ Status check(const PlayArgs& args) {
   if (!(args.speed >= 0 && args.speed <= 1e6))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", args.speed), {.key = "--speed"},
                 "1 is as it was, 0 as fast as possible.");
-  const char* const unused = args.messages ? "--messages" : "--json";
-  if (args.ros2 && (args.messages || args.json))
-    return fail(ErrorCode::InvalidArgument, "nothing is printed with --ros2", {.key = unused},
-                "Leave it out.");
-  if (!args.commands || args.ros2) return {};
-  return fail(ErrorCode::InvalidArgument, "nothing is published without --ros2", {.key = "--commands"},
-              "Add --ros2, or leave it out.");
+  Refusals refused(args.app);
+  refused.flags(args.ros2, {"--messages", "--json"}, "nothing is printed with --ros2", "Leave it out.");
+  refused.flags(!args.ros2, {"--commands"}, "nothing is published without --ros2",
+                "Add --ros2, or leave it out.");
+  return refused.status();
 }
 
 ExitCode play(const PlayArgs& args, Console& console) {

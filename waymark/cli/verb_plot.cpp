@@ -17,10 +17,7 @@ struct PlotArgs {
 
 ExitCode plot_one(const PlotArgs& args, Console& console) {
   const Result<PlotReport> report = plot_figure(args.job, control_from(console));
-  if (!report) {
-    const bool usage = report.error().code == ErrorCode::NotFound && report.error().place.key == "--figure";
-    return usage ? console.failed(report.error(), ExitCode::Usage) : fail_with(report.error(), console);
-  }
+  if (!report) return fail_with(report.error(), console);
   if (report->written.empty())
     console.print(to_text(*report));
   else

@@ -1,28 +1,103 @@
-#include <system_error>
+#include <utility>
 
+#include "waymark/cli/file_names.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/replay_args.hpp"
+#include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/replay_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/jobs/route_files.hpp"
+#include "waymark/live/replay_route.hpp"
 
 namespace waymark::cli {
 namespace {
 
+struct ReplayArgs {
+  explicit ReplayArgs(CLI::App& verb)
+      : settings(verb),
+        setup(verb, {}, true, "robot.yaml of the map's folder, "),
+        pictures(settings, Reach::SettingsOnly),
+        options(settings, Reach::Flags) {
+    add_flags(verb, live);
+    add_option(verb, "MAP", job.folder, "Folder that `waymark map` wrote", kRequired);
+    add_option(verb, "--method NAME", method,
+               "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
+               "filter) or anchor (nearest tag and odometry)",
+               kShown);
+    add_option(verb, "--controller NAME", controller,
+               "Controller: follower (curvature feed-forward and error feedback), pursuit (pure pursuit) or "
+               "pose (goal to goal)",
+               kShown);
+    add_option(
+        verb, "--route NAME", job.route,
+        "Name of the route to drive, of another lap (`waymark map --route-name`) or optimised (`waymark "
+        "optimize`, which is judged by itself); `waymark routes` lists them. Unless given: the taught route");
+    add_option(verb, "--calibration FILE", calibration,
+               "Calibration of this robot (calibration.yaml); its yaw gain is the initial value that the "
+               "follower learns from");
+    add_option(verb, "--laps NUMBER", job.replay.laps, "Number of laps of a closed route", kShown);
+    add_option(verb, "-o,--output FILE", job.output, "Recording to write of the replay (.mcap)")
+        ->transform(recording_name());
+    add_option(verb, "--record-images HOW", job.images,
+               "With -o: also record the pictures (with --images, or of a robot that sends them): jpeg, or "
+               "raw, ten times as large",
+               one_of({"jpeg", "raw"}), kMore);
+    add_flag(verb, "--durable", job.durable, kDurableHelp, kMore);
+    add_option(verb, "--taught FILE", job.taught,
+               "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder", kMore);
+    verb.add_flag("--json", json, "One JSON object instead of words");
+  }
+
+  Settings settings;
+  SetupFlags setup;
+  ViewerOptions live{};
+  PictureFlags pictures;
+  ReplayFlags options;
+  ReplayJob job{};
+  std::string method = "riekf";
+  std::string controller = "follower";
+  std::string calibration;
+  bool json = false;
+};
+
+/// The robot in its world; fails on flags that have no effect on it.
+Result<RobotSetup> make_setup(const ReplayArgs& args) {
+  Result<RobotSetup> made = args.pictures.apply(args.setup.make(robot_file_in(args.job.folder)));
+  if (!made) return made;
+  Refusals refused(args.settings.app());
+  SetupFlags::refuse_seed(!made->process.empty(), refused);
+  refused.flags(args.job.output.empty(), {"--durable"}, "nothing is recorded",
+                "Add -o FILE, or leave it out.");
+  const Status status = refused.status() ? check_recording(args.job, *made) : refused.status();
+  if (!status) return tl::unexpected(status.error());
+  return made;
+}
+
+/// The job, whose calibration is known, with the options that were given, which count more.
+Result<ReplayJob> job_of(const ReplayArgs& args, ReplayJob calibrated) {
+  Status status = choose_replay(args.method, args.controller, calibrated);
+  if (status) status = args.options.apply(calibrated);
+  if (!status) return tl::unexpected(status.error());
+  return calibrated;
+}
+
 ExitCode replay(const ReplayArgs& args, Console& console) {
-  if (const auto known = args.job_of(args.job); !known)  // before files are read
+  if (const auto known = job_of(args, args.job); !known)  // before files are read
     return fail_usage(known.error(), console);
-  if (const Status there = check_map_folder(args.folder); !there && args.setup.lacks_world())
+  if (const Status there = check_map_folder(args.job.folder); !there && args.setup.lacks_world())
     return console.failed(there.error(), ExitCode::SomeFailed);  // a world would not help
-  const Result<RobotSetup> setup = args.make_setup();
-  const Status seen = setup ? Status() : tl::unexpected(setup.error());
+  const Result<RobotSetup> setup = make_setup(args);
+  if (!setup) return fail_usage(setup.error(), console);
   ReplayJob calibrated = args.job;
-  if (const Status read = take_calibration(args.calibration, calibrated); seen && !read)
+  if (const Status read = take_calibration(args.calibration, calibrated); !read)
     return fail_with(read.error(), console);
-  Result<ReplayJob> job = seen ? args.job_of(std::move(calibrated)) : tl::unexpected(seen.error());
+  Result<ReplayJob> job = job_of(args, std::move(calibrated));
   if (!job) return fail_usage(job.error(), console);
-  const auto view = start_page(args.live, *setup, console);
+  const auto view = LivePage::open(args.live, *setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
   if (*view) job->feed = &(*view)->feed();
-  const auto stop = setup->process.empty() ? nullptr : listen_for_stop("replay of " + args.folder, console);
+  const auto stop =
+      setup->process.empty() ? nullptr : listen_for_stop("replay of " + args.job.folder.string(), console);
   const Result<ReplayReport> report = replay_route(*setup, *job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));

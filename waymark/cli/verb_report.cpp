@@ -1,5 +1,3 @@
-#include <filesystem>
-
 #include "waymark/cli/parts.hpp"
 #include "waymark/jobs/report_page.hpp"
 
@@ -22,14 +20,8 @@ struct ReportArgs {
 };
 
 ExitCode report(const ReportArgs& args, Console& console) {
-  const std::string suffix = std::filesystem::path(args.output).extension().string();
-  if (suffix != ".html" && suffix != ".htm")
-    return console.failed({ErrorCode::InvalidArgument,
-                           "a report is a page: its name ends with .html",
-                           {args.output, {}, {}, "--output"}},
-                          ExitCode::Usage);
   const auto summary = write_report(args.runs, args.output, args.force, control_from(console));
-  if (!summary) return fail_run(summary.error(), console);
+  if (!summary) return console.failed(summary.error(), exit_code_of(summary.error()));
   console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,
                             summary->sections, static_cast<double>(summary->bytes) / 1e6));
   return ExitCode::Ok;

@@ -1,4 +1,4 @@
-#include <string_view>
+#include <utility>
 
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
@@ -9,11 +9,9 @@
 namespace waymark::cli {
 namespace {
 
-constexpr std::string_view kProcess = "process:";
-
 struct RobotSimArgs {
   explicit RobotSimArgs(CLI::App& verb)
-      : app(verb), settings(verb), setup(verb), pictures(verb, settings, Reach::Flags, false), network(verb) {
+      : settings(verb), setup(verb), pictures(settings, Reach::Flags, false), network(verb) {
     add_wires(verb);
     verb.add_flag(
             "--lockstep", job.process.lockstep,
@@ -29,9 +27,13 @@ struct RobotSimArgs {
         between(0.0, 100.0), kShown);
   }
   void add_wires(CLI::App& verb);
-  [[nodiscard]] SimWire wire() const;
+  [[nodiscard]] SimWire wire() const {
+    if (limo) return SimWire::Limo;
+    if (!job.mbot_address.empty()) return SimWire::Mbot;
+    if (!job.gazebo_profile.empty()) return SimWire::Gazebo;
+    return ros2 ? SimWire::Ros2 : SimWire::Process;
+  }
 
-  const CLI::App& app;
   Settings settings;
   SetupFlags setup;
   PictureFlags pictures;
@@ -77,50 +79,45 @@ void RobotSimArgs::add_wires(CLI::App& verb) {
              "protocol of robot processes. World and robot file say which camera, wheels and tags it has",
              kMore)
       ->check([](const std::string& given) {
-        const bool right = given.starts_with(kProcess) && given.size() > kProcess.size();
-        return right ? std::string() : "'" + given + "' is no process:CMD (docs/formats/robot-process.md)";
+        return plant_command(given) ? std::string()
+                                    : "'" + given + "' is no process:CMD (docs/formats/robot-process.md)";
       });
 }
 
-SimWire RobotSimArgs::wire() const {
-  if (limo) return SimWire::Limo;
-  if (!job.mbot_address.empty()) return SimWire::Mbot;
-  if (!job.gazebo_profile.empty()) return SimWire::Gazebo;
-  return ros2 ? SimWire::Ros2 : SimWire::Process;
-}
-
-Status run_with(const RobotSimArgs& args, const RobotSetup& setup, const JobControl& control,
-                Console& console) {
+Status run_with(const RobotSimArgs& args, const RobotSetup& setup, Console& console) {
+  const JobControl control = control_from(console);
   RobotSimJob job = args.job;
   job.wire = args.wire();
   job.mbot_generation = args.mbot_generation == "pi5" ? MbotGeneration::Pi5 : MbotGeneration::Jetson;
-  const auto network = job.wire == SimWire::Ros2 ? args.network.options("waymark_robot_sim")
-                                                 : Result<BusOptions>(BusOptions());
+  Result<BusOptions> network;
+  if (args.ros2) network = args.network.options("waymark_robot_sim");
   if (!network) return tl::unexpected(network.error());
   job.ros2 = *network;
-  const auto plant = make_plant(job.wire, setup, control);
-  if (!plant) return tl::unexpected(plant.error());
   const auto print_port = [&](const std::string& path) { console.print(path + "\n"); };
-  return run_robot_sim(job, **plant, setup.simulated, print_port, control);
+  const auto plant = make_plant(job.wire, setup, control);
+  return plant ? run_robot_sim(job, **plant, setup.simulated, print_port, control)
+               : tl::unexpected(plant.error());
+}
+
+Status check_effects(const RobotSimArgs& args) {
+  Refusals refused(args.settings.app());
+  refused.flags(!args.job.process.lockstep, {"--pace"}, "without lockstep the robot goes by the clock",
+                "Add --lockstep, or leave it out.");
+  refused.all(!args.ros2, args.network, "this is about the network of ROS 2", "Add --ros2, or leave it out.");
+  refused.flags(args.wire() == SimWire::Process, {"--plant"}, "a robot process may be driven as it is",
+                "Name it as --robot, or add --ros2, --limo, --mbot or --gazebo.");
+  return refused.status();
 }
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   Result<RobotSetup> setup = args.setup.make();
-  if (setup && !args.plant.empty()) setup->process = RobotCommand(args.plant.substr(kProcess.size()));
-  Status status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
-  if (status && !args.job.process.lockstep)
-    status = refuse_flag(args.app, "--pace", "without lockstep the robot goes by the clock",
-                         "Add --lockstep, or leave it out.");
-  for (const char* flag : {"--domain", "--localhost", "--interface", "--ros-distro"})
-    if (status && !args.ros2)
-      status =
-          refuse_flag(args.app, flag, "this is about the network of ROS 2", "Add --ros2, or leave it out.");
-  if (status && args.wire() == SimWire::Process)
-    status = refuse_flag(args.app, "--plant", "a robot process may be driven as it is",
-                         "Name it as --robot, or add --ros2, --limo, --mbot or --gazebo.");
+  if (setup && !args.plant.empty()) setup->process = *plant_command(args.plant);
+  setup = args.pictures.apply(std::move(setup));
+  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  Status status = check_effects(args);
   if (status && args.plant.empty()) status = fit_to_wire(args.wire(), setup->simulated);
   if (!status) return console.failed(status.error(), ExitCode::Usage);
-  status = run_with(args, *setup, control_from(console), console);
+  status = run_with(args, *setup, console);
   return status ? ExitCode::Ok : fail_with(status.error(), console);
 }
 

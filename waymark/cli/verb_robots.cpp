@@ -1,28 +1,11 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/config/robot_list.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/config/text_file.hpp"
 #include "waymark/jobs/robot_text.hpp"
 #include "waymark/live/robot_ways.hpp"
 
 namespace waymark::cli {
 namespace {
-
-constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
-
-/// Robot and the text of its file.
-struct Shown {
-  RobotDescription robot;
-  std::string comment{};
-};
-
-Result<Shown> read_shown(const std::filesystem::path& path) {
-  auto robot = read_robot(path);
-  if (!robot) return tl::unexpected(robot.error());
-  const auto text = read_text_file(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  return Shown{std::move(*robot), leading_comment(*text)};
-}
 
 /// A file that cannot be read is said, and the others are listed.
 ExitCode list_all(Console& console) {
@@ -30,7 +13,7 @@ ExitCode list_all(Console& console) {
   if (!robots) return console.failed(robots.error(), ExitCode::SomeFailed);
   ExitCode code = ExitCode::Ok;
   for (const ListedFile& listed : *robots) {
-    const auto shown = read_shown(listed.path);
+    const auto shown = read_commented_robot(listed.path);
     if (shown)
       console.print(fmt::format("{:<20} {}\n", listed.name, first_sentence(shown->comment)));
     else
@@ -41,7 +24,7 @@ ExitCode list_all(Console& console) {
 
 ExitCode explain(const std::string& name, Console& console) {
   const auto path = find_shared("robots", name);
-  const auto shown = path ? read_shown(*path) : tl::unexpected(path.error());
+  const auto shown = path ? read_commented_robot(*path) : tl::unexpected(path.error());
   if (!shown) return console.failed(shown.error(), ExitCode::SomeFailed);
   console.print(robot_text(shown->robot, shown->comment));
   console.print(fmt::format("file: {}\n", path->string()));

@@ -1,32 +1,114 @@
 #include <algorithm>
+#include <optional>
 
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/run_args.hpp"
+#include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/replay_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
+#include "waymark/live/own_robot.hpp"
 #include "waymark/live/run_session.hpp"
+#include "waymark/live/start_recording.hpp"
 
 namespace waymark::cli {
 namespace {
 
-ExitCode run(const RunArgs& args, Console& console) {
-  Result<RobotSetup> setup = args.make_setup();
-  SessionJob job = args.job;
-  job.folder = args.folder;
-  Status status = setup ? Status() : tl::unexpected(setup.error());
-  if (const Status read = take_calibration(args.calibration, job.replay); status && !read)
-    return fail_with(read.error(), console);
-  if (status) status = args.options.apply(job.replay);
-  if (status && !job.replay.route.empty() && job.map.empty())
-    status = fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
-                  "Give --map with the map that has this route.");
-  if (!status) return fail_usage(status.error(), console);
-  const auto view = start_page(args.live, *setup, console);
-  if (!view) return fail_with(view.error(), console);
-  if (*view) {
-    job.feed = &(*view)->feed();
-    if (args.driver->count() == 0) job.driver = "page";
+struct RunArgs {
+  explicit RunArgs(CLI::App& verb)
+      : settings(verb),
+        setup(verb, {}, true),
+        scene(settings, Reach::SettingsOnly),
+        options(settings, Reach::SettingsOnly) {
+    add_flags(verb, live);
+    add_option(verb, "-o,--output FOLDER", job.folder,
+               "Folder for what is written: lap.mcap, map/, replay.mcap", kRequired);
+    add_option(
+        verb, "--driver NAME", job.driver,
+        "Source of the operator's commands: gamepad, keyboard, lines (go, stop, quit and drive 0.3 -0.1 on "
+        "standard input), scripted (with --world) or page (with --view, and then the default)",
+        kShown);
+    add_option(verb, "--map FOLDER", job.map, "Folder of an existing map, which makes teaching unnecessary");
+    add_option(verb, "--route NAME", job.replay.route, "With --map: a route of that name (`waymark routes`)",
+               kMore);
+    add_option(verb, "--record-images HOW", job.images,
+               "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large",
+               one_of({"jpeg", "raw"}), kMore);
+    add_option(verb, "--calibration FILE", calibration,
+               "Calibration of this robot (calibration.yaml), also the initial values of what replays learn",
+               kMore);
+    add_option(verb, "--speed-m-s FLOAT", job.speed_m_s, "Speed at full forward deflection of the stick",
+               kShown, between(0.01, 5.0));
+    add_option(verb, "--laps NUMBER", job.replay.replay.laps, "Number of laps of a closed route", kShown,
+               between(0.01, 1000.0));
+    verb.add_flag("--images", images, "Let the simulated robot send pictures");
+    add_option(verb, "--pace FLOAT", pace,
+               "Real-time factor with --view and a simulated robot: simulated seconds per second; 0: as fast "
+               "as possible",
+               between(0.0, 100.0), kShown, kMore);
+    add_flags(verb, anchor);
+    verb.add_flag("--json", json, "One JSON object instead of words");
   }
+
+  Settings settings;
+  SetupFlags setup;
+  SceneFlags scene;
+  ReplayFlags options;
+  ViewerOptions live{};
+  LoneAnchor anchor{};
+  SessionJob job{};
+  std::string calibration;
+  bool images = false;
+  double pace = 1;
+  bool json = false;
+};
+
+/// Flags that have no effect with this robot and this driver.
+Status check_effects(const RunArgs& args, const RobotSetup& setup) {
+  const bool process = !setup.process.empty();
+  Refusals refused(args.settings.app());
+  refused.flags(process, {"--images"}, "a robot that is a process sends pictures or does not",
+                "Leave it out.");
+  refused.flags(process || !args.live.view, {"--pace"}, "only a simulated robot that is watched keeps a pace",
+                "Add --view, and let the robot be simulated, or leave it out.");
+  refused.flags(args.job.driver == "lines", {"--speed-m-s"}, "the lines themselves say how fast",
+                "Leave it out.");
+  const bool scripted = args.job.driver == "scripted" || args.job.driver == "page" || args.live.view;
+  SetupFlags::refuse_seed(process && !scripted, refused);
+  return refused.status() ? check_recorded_images(process || args.images, args.job.images) : refused.status();
+}
+
+/// The robot in its world, a process in any case.
+Result<RobotSetup> make_setup(const RunArgs& args) {
+  Result<RobotSetup> made = args.setup.make();
+  if (!made) return made;
+  std::optional<DetectingCameraOptions> pictures;  // of the robot's own process
+  Status status = check_effects(args, *made);
+  if (status) status = args.scene.apply(args.images, pictures);
+  // A script does not care how fast the time passes; a person does, also one who only watches.
+  const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
+                           .pace = args.live.view ? args.pace : 0};
+  if (status && made->process.empty())
+    status = become_the_robot(*made, args.scene.as_words(args.setup, args.images), time);
+  if (status) status = place_lone_anchor(*made, args.anchor, args.job.map);
+  if (!status) return tl::unexpected(status.error());
+  return made;
+}
+
+ExitCode run(const RunArgs& args, Console& console) {
+  Result<RobotSetup> setup = make_setup(args);
+  if (!setup) return fail_usage(setup.error(), console);
+  SessionJob job = args.job;
+  if (const Status read = take_calibration(args.calibration, job.replay); !read)
+    return fail_with(read.error(), console);
+  Status status = args.options.apply(job.replay);
+  if (status) status = check_session(job);
+  if (!status) return fail_usage(status.error(), console);
+  const auto view = LivePage::open(args.live, *setup, control_from(console));
+  if (!view) return fail_with(view.error(), console);
+  if (*view) job.feed = &(*view)->feed();
+  if (*view && args.settings.app().count("--driver") == 0) job.driver = "page";
   job.speed_m_s = std::min(job.speed_m_s, setup->simulated.model.limits.speed_m_s);
-  const auto stop = listen_for_stop("run into " + args.folder, console);
+  const auto stop = listen_for_stop("run into " + args.job.folder.string(), console);
   const Result<SessionReport> report = run_session(*setup, job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
@@ -35,8 +117,7 @@ ExitCode run(const RunArgs& args, Console& console) {
         fmt::format("stopped by {}: the robot stands, and the files are whole up to here", interrupted_by()));
     return ExitCode::Interrupted;
   }
-  const bool well = std::ranges::all_of(report->replays, succeeded);
-  return well && !report->map_failed ? ExitCode::Ok : ExitCode::SomeFailed;
+  return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 struct SimulateArgs {
   explicit SimulateArgs(CLI::App& app)
-      : settings(app), setup(app, "circuit24"), pictures(app, settings, Reach::Flags) {
+      : settings(app), setup(app, "circuit24"), pictures(settings, Reach::Flags) {
     add_option(
         app, "--like RECORDING", like,
         "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads",
@@ -30,11 +30,10 @@ struct SimulateArgs {
 };
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
-  Result<RobotSetup> setup = args.setup.make();
-  Status status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
-  if (!status) return console.failed(status.error(), ExitCode::Usage);
+  Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
+  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
   const Result<RecordingProfile> like = profile_of(args.like, silent(control_from(console)));
-  if (!like) return fail_run(like.error(), console);
+  if (!like) return console.failed(like.error(), ExitCode::SomeFailed);
   setup->simulated.robot = options_like(*like, setup->simulated.robot);
   const Result<RecordingProfile> made =
       simulate_like(*setup, *like, {.like = args.like, .output = args.output}, control_from(console));

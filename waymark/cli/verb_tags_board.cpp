@@ -1,59 +1,122 @@
-#include <memory>
+#include <type_traits>
 
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/tags_board_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
-#include "waymark/jobs/tag_prints.hpp"
-#include "waymark/jobs/write_pages.hpp"
+#include "waymark/cli/paper_flags.hpp"
+#include "waymark/cli/parts.hpp"
 
 namespace waymark::cli {
 namespace {
 
-ExitCode draw_squares(const BoardFlags& args, Console& console) {
-  const auto planned = args.plan_squares();
-  if (!planned) {
-    const ErrorCode code = planned.error().code;
-    return code == ErrorCode::NotFound || code == ErrorCode::Unsupported  // the module
-               ? console.failed(planned.error(), ExitCode::SomeFailed)
-               : fail_usage(planned.error(), console);
+struct BoardArgs {
+  explicit BoardArgs(CLI::App& verb)
+      : settings(verb), paper(verb), board(settings, "board", kFirstGroup), tag_size(name_tag_size(verb)) {
+    add_option(
+        verb, "--style NAME", style,
+        "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, border of two "
+        "cells), separate (single tags, as AprilTag 3 and `waymark detect` read them), chessboard, or "
+        "charuco "
+        "(OpenCV's: a marker in each white square)",
+        kShown);
+    add_flag(verb, "--kalibr-yaml", kalibr_yaml,
+             "Also write the target file for Kalibr beside the board (.yaml)", kMore);
+    add_option(verb, "--square-size-m NUMBER", board_of_squares.size_m,
+               "Side of a square of a chessboard or ChArUco board");
+    add_option(verb, "--marker-size-m NUMBER", board_of_squares.marker_m,
+               "Side of the black square of a ChArUco board's marker");
+    add_option(verb, "--dictionary NAME", board_of_squares.dictionary,
+               "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000",
+               kShown, kMore);
+    add_flag(
+        verb, "--legacy-pattern", board_of_squares.legacy_pattern,
+        "A ChArUco board as OpenCV drew it before 4.6: with an even number of rows its upper left square is "
+        "white",
+        kMore);
+    add_flag(verb, "--tiled", tiled,
+             "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined");
   }
-  const auto& [layout, format] = *planned;
-  const WrittenPages written =
-      write_pages(plot::draw_square_board(layout), args.paper.files(format), control_from(console));
-  if (args.paper.json) console.print(json_line(to_json(layout, written.files)));
-  if (!written.status) return fail_writing(written.status.error(), console);
-  if (!args.paper.json) console.print(to_text(layout, written.files));
-  console.say(kPrintReminder);
-  return ExitCode::Ok;
+  /// Whether it is made of squares: a chessboard or a ChArUco board.
+  [[nodiscard]] bool squares() const { return style == "chessboard" || style == "charuco"; }
+
+  Settings settings;
+  std::string style = "aprilgrid";
+  bool kalibr_yaml = false;
+  CalibrationBoard board_of_squares{};  ///< of a chessboard or ChArUco board
+  bool tiled = false;
+  PaperFlags paper;
+  OptionFlags<plot::BoardOptions> board;
+  CLI::Option* tag_size;
+};
+
+/// Fails for an unknown style, and for flags that have no effect on it.
+Status check_style(const BoardArgs& args) {
+  if (const Status known = check_board_style(args.style); !known) return known;
+  const bool squares = args.squares();
+  const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
+                             : "Leave it out, or choose --style chessboard or charuco.";
+  const std::string why = fmt::format("this has no effect on the style {}", args.style);
+  Refusals refused(args.settings.app());
+  refused.flags(!squares,
+                {"--square-size-m", "--marker-size-m", "--dictionary", "--legacy-pattern", "--tiled"}, why,
+                hint);
+  refused.flags(squares, {"--tag-size-m", "--spacing", "--family", "--kalibr-yaml"}, why, hint);
+  refused.flags(args.style == "chessboard",
+                {"--marker-size-m", "--dictionary", "--legacy-pattern", "--first-id"}, why, "Leave it out.");
+  return refused.status();
 }
 
-ExitCode draw(const BoardFlags& args, Console& console) {
-  if (const Status effective = args.check_style(); !effective) return fail_usage(effective.error(), console);
+/// Everything that can be wrong with a board of tags, before anything is drawn.
+Result<PlannedBoard> plan(const BoardArgs& args) {
+  plot::BoardOptions options;
+  Status usable = check_tag_size(*args.tag_size, args.board.given("tag_size_m"));
+  if (usable) usable = args.board.apply(options);
+  if (usable) usable = args.paper.apply(options);
+  if (!usable) return tl::unexpected(usable.error());
+  const auto family = args.paper.family();
+  if (!family) return tl::unexpected(family.error());
+  const auto style = plot::parse_board_style(args.style);
+  if (!style) return tl::unexpected(style.error());
+  options.family = *family;
+  options.style = *style;
+  return plan_board(options, args.kalibr_yaml);
+}
+
+Result<plot::SquareBoardLayout> plan_squares(const BoardArgs& args) {
+  // Not by board.apply(): it wants the size of a tag, which these boards have not.
+  const auto given = [&args](const char* flag, auto& value) {
+    const CLI::Option* option = args.settings.app().get_option(flag);
+    if (option->count() > 0) value = option->as<std::remove_reference_t<decltype(value)>>();
+  };
+  plot::SquareBoardOptions options{.board = args.board_of_squares, .tiled = args.tiled};
+  options.board.kind = *board_kind(args.style);
+  options.board.columns = plot::BoardOptions().columns;
+  options.board.rows = plot::BoardOptions().rows;
+  given("--cols", options.board.columns);
+  given("--rows", options.board.rows);
+  given("--first-id", options.board.first_id);
+  given("--margin-m", options.margin_m);
+  if (const Status usable = args.paper.apply(options); !usable) return tl::unexpected(usable.error());
+  return plan_square_board(options);
+}
+
+ExitCode draw_squares(const BoardArgs& args, Console& console) {
+  const auto layout = plan_squares(args);
+  if (layout) return args.paper.write(*layout, plot::draw_square_board(*layout), console);
+  const ErrorCode code = layout.error().code;
+  return code == ErrorCode::NotFound || code == ErrorCode::Unsupported  // the module
+             ? console.failed(layout.error(), ExitCode::SomeFailed)
+             : fail_usage(layout.error(), console);
+}
+
+ExitCode draw(const BoardArgs& args, Console& console) {
+  if (const Status effective = check_style(args); !effective) return fail_usage(effective.error(), console);
   if (args.squares()) return draw_squares(args, console);
-  const auto planned = args.plan();
+  const auto planned = plan(args);
   if (!planned) return fail_usage(planned.error(), console);
-  PageFiles files = args.paper.files(planned->format);
-  files.target = planned->kalibr_target;
-  const WrittenPages written = write_pages({plot::draw_board(planned->layout)}, files, control_from(console));
-  if (args.paper.json) console.print(json_line(to_json(planned->layout, written.files)));
-  if (!written.status) return fail_writing(written.status.error(), console);
-  if (!args.paper.json) console.print(to_text(planned->layout, written.files));
-  if (planned->layout.options.style == plot::BoardStyle::AprilGrid) {
-    console.say(
-        "Kalibr reads this board; `waymark detect` and AprilTag 3 do not, they want --style separate.");
-  }
-  console.say(kPrintReminder);
-  return ExitCode::Ok;
-}
-
-Run prepare_tags_board(CLI::App& app) {
-  const auto args = std::make_shared<BoardFlags>(app);
-  return [args](Console& console) { return draw(*args, console); };
+  const bool of_kalibr = planned->layout.options.style == plot::BoardStyle::AprilGrid;
+  return args.paper.write(planned->layout, {plot::draw_board(planned->layout)}, console,
+                          of_kalibr ? "Kalibr reads this board; `waymark detect` and AprilTag 3 do not, they "
+                                      "want --style separate."
+                                    : "",
+                          planned->kalibr_target);
 }
 
 }  // namespace
@@ -77,8 +140,7 @@ Examples:
   waymark tags board --style charuco --cols 8 --rows 11 --square-size-m 0.02 --marker-size-m 0.015 -o charuco.pdf
   waymark tags board --style chessboard --cols 12 --rows 9 --square-size-m 0.05 --tiled -o chessboard.pdf
 )",
-      .prepare = prepare_tags_board,
-      .verbs = {}};
+      .prepare = prepared(draw)};
 }
 
 }  // namespace waymark::cli

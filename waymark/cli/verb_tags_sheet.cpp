@@ -1,15 +1,13 @@
 #include "waymark/cli/paper_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/families/tag_numbers.hpp"
-#include "waymark/jobs/tag_prints.hpp"
-#include "waymark/jobs/write_pages.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct SheetArgs {
   explicit SheetArgs(CLI::App& app)
-      : settings(app), paper(app), sheet(app, settings, "sheet", kFirstGroup), tag_size(name_tag_size(app)) {
+      : settings(app), paper(app), sheet(settings, "sheet", kFirstGroup), tag_size(name_tag_size(app)) {
     add_option(app, "--ids LIST", ids, "Ids of the tags, for example 0-23 or 0-3,7,9", kRequired);
   }
 
@@ -20,39 +18,24 @@ struct SheetArgs {
   CLI::Option* tag_size;
 };
 
-struct Planned {
-  plot::SheetLayout layout;
-  plot::FileFormat format = plot::FileFormat::Pdf;
-};
-
 /// Everything that can be wrong before anything is drawn.
-Result<Planned> plan(const SheetArgs& args) {
+Result<plot::SheetLayout> plan(const SheetArgs& args) {
   plot::SheetOptions options;
-  if (const Status size = check_tag_size(*args.tag_size, args.sheet.given("tag_size_m")); !size)
-    return tl::unexpected(size.error());
-  if (const Status applied = args.sheet.apply(options); !applied) return tl::unexpected(applied.error());
-  const auto format = args.paper.apply(options);
-  if (!format) return tl::unexpected(format.error());
+  Status usable = check_tag_size(*args.tag_size, args.sheet.given("tag_size_m"));
+  if (usable) usable = args.sheet.apply(options);
+  if (usable) usable = args.paper.apply(options);
+  if (!usable) return tl::unexpected(usable.error());
   const auto family = args.paper.family();
   if (!family) return tl::unexpected(family.error());
   const auto numbers = parse_tag_numbers(*family, args.ids);
   if (!numbers) return tl::unexpected(numbers.error());
-  auto layout = plot::layout_sheet(*family, *numbers, options);
-  if (!layout) return tl::unexpected(layout.error());
-  return Planned{std::move(*layout), *format};
+  return plot::layout_sheet(*family, *numbers, options);
 }
 
 ExitCode draw(const SheetArgs& args, Console& console) {
-  const auto planned = plan(args);
-  if (!planned) return fail_usage(planned.error(), console);
-  const plot::SheetLayout& layout = planned->layout;
-  const WrittenPages written =
-      write_pages(plot::draw_sheet(layout), args.paper.files(planned->format), control_from(console));
-  if (args.paper.json) console.print(json_line(to_json(layout, written.files)));
-  if (!written.status) return fail_writing(written.status.error(), console);
-  if (!args.paper.json) console.print(to_text(layout, written.files));
-  console.say(kPrintReminder);
-  return ExitCode::Ok;
+  const auto layout = plan(args);
+  if (!layout) return fail_usage(layout.error(), console);
+  return args.paper.write(*layout, plot::draw_sheet(*layout), console);
 }
 
 }  // namespace

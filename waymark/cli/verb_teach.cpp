@@ -1,15 +1,87 @@
+#include <algorithm>
+
+#include "waymark/cli/file_names.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/teach_flags.hpp"
+#include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
+#include "waymark/live/inputs.hpp"
+#include "waymark/live/teach_lap.hpp"
 
 namespace waymark::cli {
 namespace {
 
+struct TeachArgs {
+  explicit TeachArgs(CLI::App& verb)
+      : settings(verb), setup(verb, {}, true), pictures(settings, Reach::SettingsOnly) {
+    add_flags(verb, live);
+    add_option(verb, "-o,--output FILE", job.output, "Recording to write (.mcap); never written over another",
+               kRequired)
+        ->transform(recording_name());
+    add_option(verb, "--driver NAME", job.driver,
+               "Driver: scripted (follows the line of the world), keyboard or gamepad", kShown);
+    add_option(verb, "--speed-m-s FLOAT", job.speed_m_s,
+               "Cruising speed of the driver. Unless given: limited by the robot's maximum", kShown,
+               between(0.01, 5.0));
+    add_option(verb, "--second-speed-m-s FLOAT", job.second_speed_m_s,
+               "Second cruising speed, used alternately with the first every three metres: for `waymark "
+               "calibrate robot`",
+               between(0.01, 5.0), kMore);
+    const char* scripted = "Driver scripted";
+    add_option(verb, "--wander-m FLOAT", job.wander_m,
+               "Standard deviation of the lateral deviation from the line", kShown, between(0.0, 1.0),
+               in_group(scripted));
+    add_option(verb, "--wander-time-s FLOAT", job.wander_time_s,
+               "Correlation time of the lateral deviation; short makes the path wind", kShown,
+               between(0.1, 60.0), in_group(scripted));
+    add_option(verb, "--overlap-m FLOAT", job.overlap_m, "Distance driven past the start of a closed lap",
+               kShown, between(0.0, 1000.0), in_group(scripted));
+    add_option(verb, "--record-images HOW", job.images,
+               "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
+               "times as large",
+               one_of({"jpeg", "raw"}), kMore);
+    add_flags(verb, anchor);
+    add_flag(verb, "--durable", job.durable, kDurableHelp, kMore);
+    verb.add_flag("--json", json, "One JSON object instead of words");
+  }
+
+  Settings settings;
+  SetupFlags setup;
+  PictureFlags pictures;
+  TeachJob job{};
+  LoneAnchor anchor{};
+  ViewerOptions live{};
+  bool json = false;
+};
+
+Result<RobotSetup> make_setup(const TeachArgs& args) {
+  if (Status known = check_lap_driver(args.job.driver); !known) return tl::unexpected(known.error());
+  Result<RobotSetup> made = args.pictures.apply(args.setup.make());
+  if (!made) return made;
+  if (Status placed = place_lone_anchor(*made, args.anchor); !placed) return tl::unexpected(placed.error());
+  return made;
+}
+
+/// Flags of the script that drives a simulated robot.
+Status check_script_flags(const TeachArgs& args, const RobotSetup& setup) {
+  const bool process = !setup.process.empty();
+  Refusals refused(args.settings.app());
+  refused.flags(process || args.job.driver != "scripted", {"--wander-m", "--wander-time-s", "--overlap-m"},
+                "this is about the scripted driver of a simulated robot", "Leave it out.");
+  SetupFlags::refuse_seed(process && args.job.driver != "scripted", refused);
+  return refused.status();
+}
+
 ExitCode teach(const TeachArgs& args, Console& console) {
-  const Result<RobotSetup> setup = args.make_setup();
-  const Status status = setup ? args.check(*setup) : tl::unexpected(setup.error());
+  const Result<RobotSetup> setup = make_setup(args);
+  if (!setup) return fail_usage(setup.error(), console);
+  TeachJob job = args.job;
+  if (args.settings.app().count("--speed-m-s") == 0)
+    job.speed_m_s = std::min(job.speed_m_s, setup->simulated.model.limits.speed_m_s);
+  Status status = check_teach(job, *setup);
+  if (status) status = check_script_flags(args, *setup);
   if (!status) return fail_usage(status.error(), console);
-  TeachJob job = args.job_of(*setup);
-  const auto view = start_page(args.live, *setup, console);
+  const auto view = LivePage::open(args.live, *setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
   if (*view) job.feed = &(*view)->feed();
   const auto stop = setup->process.empty() ? nullptr : listen_for_stop("teach into " + job.output, console);

@@ -29,7 +29,7 @@ ExitCode export_as_sdf(const ExportArgs& args, Console& console) {
                                     .robot_yaml = setup->robot_yaml,
                                     .folder = args.folder});
   if (!report) return fail_with(report.error(), console);
-  say_warnings(report->notes, console);
+  console.warn(report->notes);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
   return ExitCode::Ok;
 }

@@ -22,8 +22,8 @@ struct FromRecordingArgs {
 
 ExitCode make_world_from(const FromRecordingArgs& args, Console& console) {
   const auto report = world_from_recording(args.job, control_from(console));
-  if (!report) return fail_run(report.error(), console);
-  say_warnings(report->warnings, console);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  console.warn(report->warnings);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.job.folder));
   return ExitCode::Ok;
 }

@@ -1,15 +1,12 @@
-#include <filesystem>
-
 #include "waymark/cli/parts.hpp"
-#include "waymark/config/share.hpp"
+#include "waymark/config/robot_list.hpp"
 #include "waymark/jobs/lay_world.hpp"
-#include "waymark/jobs/staged_folder.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct NewArgs {
-  explicit NewArgs(CLI::App& app) : settings(app), layout(app, settings, "layout", kFirstGroup) {
+  explicit NewArgs(CLI::App& app) : settings(app), layout(settings, "layout", kFirstGroup) {
     add_option(app, "--path FILE", path,
                "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive",
                kRequired);
@@ -30,15 +27,9 @@ struct NewArgs {
 Result<LayWorldJob> job_of(const NewArgs& args) {
   TagLayoutOptions layout;
   if (Status status = args.layout.apply(layout); !status) return tl::unexpected(status.error());
-  const auto robot_path = find_shared("robots", args.robot_file);
-  if (!robot_path) return tl::unexpected(robot_path.error());
-  auto robot = read_robot(*robot_path);
+  auto robot = read_named_robot(args.robot_file);
   if (!robot) return tl::unexpected(robot.error());
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(args.output, ignored))
-    return fail(ErrorCode::InvalidArgument, "the file exists", {.source = args.output},
-                "Choose another name, or remove it.");
-  if (Status writable = check_output_file(args.output); !writable) return tl::unexpected(writable.error());
+  if (Status fresh = check_new_world(args.output); !fresh) return tl::unexpected(fresh.error());
   return LayWorldJob{.path = args.path, .output = args.output, .robot = std::move(*robot), .layout = layout};
 }
 
@@ -46,7 +37,7 @@ ExitCode make_world(const NewArgs& args, Console& console) {
   const Result<LayWorldJob> job = job_of(args);
   if (!job) return console.failed(job.error(), ExitCode::Usage);
   const Result<LayWorldReport> report = lay_world(*job, control_from(console));
-  if (!report) return fail_run(report.error(), console);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report, args.output)) : to_text(*report, args.output));
   return ExitCode::Ok;
 }

@@ -6,7 +6,7 @@ namespace waymark::cli {
 namespace {
 
 struct OrbitArgs {
-  explicit OrbitArgs(CLI::App& app) : settings(app), options(app, settings, "orbit", kFirstGroup) {
+  explicit OrbitArgs(CLI::App& app) : settings(app), options(settings, "orbit", kFirstGroup) {
     add_option(app, "WORLD", world, kWorldNames, kRequired);
     add_option(app, "-o,--output FILE", output, "Figure to draw of the result (.svg, .png or .pdf)");
     app.add_flag("--json", json, "One JSON object instead of words");
