@@ -21,4 +21,15 @@ void visit_leaves(Options& options, const Visit& visit, const Enter& enter, cons
   });
 }
 
+/// check_ranges() that also looks into the structs in a struct.
+template <HasFields Options>
+[[nodiscard]] Status check_leaf_ranges(const Options& options) {
+  Status status = check_ranges(options);
+  Options::fields(options, [&](const auto& value, const Field&) {
+    if constexpr (HasFields<std::remove_cvref_t<decltype(value)>>)
+      if (status) status = check_leaf_ranges(value);
+  });
+  return status;
+}
+
 }  // namespace waymark

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "waymark/cli/flags.hpp"
 #include "waymark/cli/frame_flags.hpp"
 
 namespace waymark::cli {

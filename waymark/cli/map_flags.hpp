@@ -3,9 +3,10 @@
 #include <string>
 
 #include "waymark/cli/detector_flags.hpp"
-#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/map_description.hpp"
 #include "waymark/jobs/map_scene.hpp"
+#include "waymark/jobs/map_text.hpp"
 
 namespace waymark::cli {
 
@@ -33,6 +34,12 @@ struct MapArgs {
   [[nodiscard]] Result<MapJob> make_job() const;
   /// Refuses options of laps of a robot, where the map is made of something else.
   void refuse_lap_options(Refusals& refused, const char* why, const char* hint) const;
+  /// Prints the report of a map and its warnings.
+  [[nodiscard]] ExitCode show(const auto& report, Console& console) const {
+    console.print(json ? json_line(to_json(report)) : to_text(report, job.folder));
+    console.warn(report.warnings);
+    return ExitCode::Ok;
+  }
   /// With --tagslam.
   [[nodiscard]] Result<MapSceneJob> make_scene_job() const;
 };

@@ -1,10 +1,8 @@
 #include "waymark/cli/map_video_flags.hpp"
 
 #include "waymark/cli/map_flags.hpp"
-#include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/jobs/camera_tags.hpp"
-#include "waymark/jobs/map_text.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -118,9 +116,7 @@ ExitCode MapVideoFlags::map(const MapArgs& args, Console& console) const {
   if (!finder) return fail_usage(finder.error(), console);
   const Result<MapVideoReport> report = map_video(*job, *finder, control_from(console));
   if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.job.folder));
-  console.warn(report->warnings);
-  return ExitCode::Ok;
+  return args.show(*report, console);
 }
 
 }  // namespace waymark::cli

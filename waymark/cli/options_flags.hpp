@@ -99,7 +99,10 @@ class OptionFlags {
   /// Writes what was given over `options`: the file's, then that of --set, then that of flags. Fails when a
   /// flag is outside its range.
   [[nodiscard]] Status apply(Options& options) const {
-    if (Status status = check_flags(); !status) return status;
+    if (Status status = check_leaf_ranges(given_); !status) {
+      status.error().place.key = flag_name(status.error().place.key);
+      return status;
+    }
     if (Status status = settings_.read(section_, options); !status) return status;
     std::vector<const void*> sources;
     const auto nothing = [](const auto&...) {};
@@ -141,24 +144,6 @@ class OptionFlags {
     while (!text.empty() && text.back() == '\n') text.pop_back();
     return text.substr(std::min(text.find_first_not_of(' '), text.size()));
   }
-  [[nodiscard]] Status check_flags() const {
-    Status status;
-    const auto nothing = [](const auto&...) {};
-    visit_leaves(
-        given_,
-        [&](const auto& value, const Field& field) {
-          if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>) {
-            const auto number = static_cast<double>(value);
-            if (status && !(number >= field.min && number <= field.max))
-              status = fail(ErrorCode::InvalidArgument,
-                            fmt::format("{} is outside [{}, {}]", number, field.min, field.max),
-                            {.key = flag_name(field.name)}, std::string(field.sentence));
-          }
-        },
-        nothing, nothing);
-    return status;
-  }
-
   Settings& settings_;
   std::string section_;
   Options given_{};

@@ -3,19 +3,14 @@
 namespace waymark::cli {
 namespace {
 
-Status only_with(bool used, const auto& flags, const char* what) {
-  if (used || !flags) return {};
-  return refuse(*flags, std::string("this is an option of ") + what,
-                "Leave it out, or choose what it belongs to (--method, --controller).");
-}
-
 /// Keys of the follower that other controllers use as well.
 bool every_controller_uses(std::string_view key) { return key == "stop_within_m" || key == "brake_m_s2"; }
 
 }  // namespace
 
 ReplayFlags::ReplayFlags(Settings& settings, Reach reach)
-    : filter_(settings, "filter", "Methods riekf and ekf", reach),
+    : app_(settings.app()),
+      filter_(settings, "filter", "Methods riekf and ekf", reach),
       follower_(settings, "follower", "Controller follower", reach),
       actuators_(settings, "actuators", "Motion of the robot", reach),
       profile_(settings, "profile", "Speed", reach),
@@ -32,17 +27,21 @@ ReplayFlags::ReplayFlags(Settings& settings, Reach reach)
 Status ReplayFlags::check(const ReplayJob& job) const {
   const ReplayController controller = job.replay.controller;
   const bool by_anchor = job.method == LocalizationKind::Anchor;
-  Status status = only_with(by_anchor, anchor_, "the method anchor");
-  if (status && by_anchor)
-    status = refuse(filter_, "this is an option of the methods riekf and ekf", "Leave it out.");
-  if (status) status = refuse(filter_, kNoDelay, "Leave it out.", "lag_s");
-  if (status) status = only_with(controller == ReplayController::Pursuit, pursuit_, "the controller pursuit");
-  if (status) status = only_with(controller == ReplayController::Pose, goal_, "the controller pose");
-  for (const std::string& key : field_names<FollowerOptions>()) {
-    if (status && controller != ReplayController::Follower && !every_controller_uses(key))
-      status = refuse(follower_, "this is an option of the controller follower", "Leave it out.", key);
-  }
-  return status;
+  const char* choose = "Leave it out, or choose what it belongs to (--method, --controller).";
+  Refusals refused(app_);
+  if (anchor_) refused.options(!by_anchor, *anchor_, "this is an option of the method anchor", choose);
+  refused.options(by_anchor, filter_, "this is an option of the methods riekf and ekf", "Leave it out.");
+  refused.options(true, filter_, kNoDelay, "Leave it out.", "lag_s");
+  if (pursuit_)
+    refused.options(controller != ReplayController::Pursuit, *pursuit_,
+                    "this is an option of the controller pursuit", choose);
+  if (goal_)
+    refused.options(controller != ReplayController::Pose, *goal_, "this is an option of the controller pose",
+                    choose);
+  for (const std::string& key : field_names<FollowerOptions>())
+    refused.options(controller != ReplayController::Follower && !every_controller_uses(key), follower_,
+                    "this is an option of the controller follower", "Leave it out.", key);
+  return refused.status();
 }
 
 Status ReplayFlags::apply(ReplayJob& job) const {

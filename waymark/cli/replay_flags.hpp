@@ -21,6 +21,7 @@ class ReplayFlags {
  private:
   [[nodiscard]] Status check(const ReplayJob& job) const;
 
+  const CLI::App& app_;
   OptionFlags<RiekfOptions> filter_;
   std::optional<OptionFlags<AnchorOptions>> anchor_{};
   OptionFlags<FollowerOptions> follower_;

@@ -8,10 +8,6 @@
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/live/start_recording.hpp"
 
-namespace CLI {
-class App;
-}  // namespace CLI
-
 namespace waymark::cli {
 
 /// Of the flag --durable of the verbs that record.

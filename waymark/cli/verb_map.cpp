@@ -3,8 +3,6 @@
 
 #include "waymark/cli/map_flags.hpp"
 #include "waymark/cli/map_video_flags.hpp"
-#include "waymark/cli/parts.hpp"
-#include "waymark/jobs/map_text.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -15,19 +13,13 @@ struct MapVerbArgs : MapArgs {
   MapVideoFlags video;
 };
 
-ExitCode show(const auto& report, const MapArgs& args, Console& console) {
-  console.print(args.json ? json_line(to_json(report)) : to_text(report, args.job.folder));
-  console.warn(report.warnings);
-  return ExitCode::Ok;
-}
-
 /// With TagSLAM's files: no floor, any number of cameras and bodies.
 ExitCode map_tagslam(const MapArgs& args, Console& console) {
   const Result<MapSceneJob> job = args.make_scene_job();
   if (!job) return fail_usage(job.error(), console);
   const Result<MapSceneReport> report = map_scene_recording(*job, control_from(console));
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  return show(*report, args, console);
+  return args.show(*report, console);
 }
 
 ExitCode map(const MapVerbArgs& args, Console& console) {
@@ -48,7 +40,7 @@ ExitCode map(const MapVerbArgs& args, Console& console) {
   }
   const Result<MapReport> report = map_recording(*job, control_from(console));
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  return show(*report, args, console);
+  return args.show(*report, console);
 }
 
 }  // namespace

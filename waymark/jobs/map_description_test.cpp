@@ -22,7 +22,7 @@ TEST(MapDescription, BecomesMethodAnchorAndSizes) {
   MapJob job;
   ASSERT_TRUE(describe_map({.method = "chain", .anchor = "7", .tag_sizes = {"0.16", "9=0.08"}}, job));
   EXPECT_EQ(job.options.method, MapMethod::Chain);
-  EXPECT_EQ(job.overrides.anchor, (TagId{FamilyId::Tag36h11, 7}));
+  EXPECT_EQ(job.overrides.anchor, "7");
   EXPECT_EQ(job.overrides.tag_size_m, 0.16);
   EXPECT_EQ(job.overrides.size_by_tag_m.at({FamilyId::Tag36h11, 9}), 0.08);
   EXPECT_FALSE(job.truth);
