@@ -181,6 +181,7 @@ class Recover(WithLap):
     def test_what_is_no_recording(self):
         self.assertEqual(self.run_here("recover", "photograph.png").code, 1)
         self.assertEqual(self.run_here("recover", "none.mcap").code, 1)
+        self.assertEqual(self.run_here("recover", "lap.mcap", "-o", "lap.txt").code, 2)
         self.assertFalse(list(self.folder.glob("*.part")) + list(self.folder.glob("*recovered*")))
 
     def test_a_recorder_that_was_killed(self):

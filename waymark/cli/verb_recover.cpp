@@ -1,3 +1,4 @@
+#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/jobs/recover_log.hpp"
 
@@ -8,7 +9,8 @@ struct RecoverArgs {
   explicit RecoverArgs(CLI::App& app) {
     add_option(app, "FILE", job.file, "Recording (.mcap) that was cut, damaged or never finished", kRequired);
     add_option(app, "-o,--output FILE", job.output,
-               "The file to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap");
+               "The file to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap")
+        ->transform(recording_name());
     app.add_flag("--json", json, "One JSON object instead of words");
   }
 
