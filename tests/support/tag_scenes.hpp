@@ -132,17 +132,17 @@ inline WideScene aisles(int tags, std::uint64_t seed, double noise_px = 0.2) {
   return wide;
 }
 
-/// A room whose ceiling is covered with tags, seen from below in lanes, about 37 of them in a picture.
-inline WideScene ceiling(int tags, std::uint64_t seed, double noise_px = 0.2) {
+/// A room whose ceiling is covered with tags, seen from below in lanes; so far below that there are about 20
+/// of them in a picture, or 37 from 3.4 m.
+inline WideScene ceiling(int tags, std::uint64_t seed, double noise_px = 0.2, double below_m = 2.6) {
   constexpr double kPitchM = 0.6;
-  constexpr double kBelowM = 2.6;
   constexpr double kLaneM = 1.2;
   Random random(seed);
   const int rows = static_cast<int>(std::ceil(std::sqrt(tags)));
   std::map<int, SE3> grid;
   for (int id = 0; id < tags; ++id)
     grid[id] = SE3(SO3::from_rpy(random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-3, 3)),
-                   {kPitchM * (id % rows), kPitchM * (id / rows), kBelowM + random.uniform(-0.2, 0.2)});
+                   {kPitchM * (id % rows), kPitchM * (id / rows), below_m + random.uniform(-0.2, 0.2)});
   WideScene wide = internal::empty_scene(grid);
   std::vector<SE3> map_T_cam;
   const double side = kPitchM * rows;
