@@ -131,7 +131,8 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   const auto goes_on = [&](int iteration, double cost) { return !progress || progress(iteration, cost); };
   const auto end = internal::levenberg_marquardt(
       problem, summary.initial_cost,
-      {.max_iterations = options.max_iterations, .relative_gain = options.relative_gain}, goes_on);
+      {.max_iterations = options.max_iterations, .relative_gain = options.relative_gain, .watches = true},
+      goes_on);
   summary.converged = end.converged;
   summary.stopped = end.stopped;
   summary.iterations = end.iterations;

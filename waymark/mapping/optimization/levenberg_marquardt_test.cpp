@@ -158,42 +158,64 @@ TEST(LevenbergMarquardt, ALinearProblemTakesOneStepAndOneThatGainsNothing) {
   EXPECT_LT((line.values() - Eigen::Vector2d(5.0 / 6, 1.5)).norm(), 1e-9);
 }
 
-TEST(LevenbergMarquardt, FollowsACurvedValleyToItsEnd) {
+/// The laws that hold with a second step from where the first led, and without.
+class Search : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(LevenbergMarquardt, Search, ::testing::Bool(),
+                         [](const auto& watches) { return watches.param ? "Watches" : "Shortens"; });
+
+TEST_P(Search, FollowsACurvedValleyToItsEnd) {
   for (const Eigen::Vector2d& start : std::vector<Eigen::Vector2d>{{-1.2, 1}, {0, 0}, {8, -30}}) {
     Valley valley(start);
-    const auto end = levenberg_marquardt(valley, valley.linearize(), {}, kGoesOn);
+    const auto end = levenberg_marquardt(valley, valley.linearize(), {.watches = GetParam()}, kGoesOn);
     EXPECT_TRUE(end.converged);
     EXPECT_LT((valley.values() - Eigen::Vector2d(1, 1)).norm(), 1e-6);
     EXPECT_DOUBLE_EQ(end.cost, valley.cost());
   }
 }
 
-TEST(LevenbergMarquardt, NoStepRaisesTheCost) {
-  Valley valley({-1.2, 1});
-  double last = valley.linearize();
-  const auto watch = [&](int, double cost) {
-    EXPECT_LE(cost, last);
-    last = cost;
-    return true;
-  };
-  EXPECT_LE(levenberg_marquardt(valley, last, {}, watch).cost, last);
+TEST_P(Search, NoStepRaisesTheCost) {
+  for (const Eigen::Vector2d& start : std::vector<Eigen::Vector2d>{{-1.2, 1}, {0.88, 0.7744}}) {
+    Valley valley(start);
+    double last = valley.linearize();
+    const auto watch = [&](int, double cost) {
+      EXPECT_LE(cost, last);
+      last = cost;
+      return true;
+    };
+    EXPECT_LE(levenberg_marquardt(valley, last, {.watches = GetParam()}, watch).cost, last);
+  }
 }
 
-TEST(LevenbergMarquardt, ComesBackFromWhereTheCostHasNoValue) {
+TEST_P(Search, ComesBackFromWhereTheCostHasNoValue) {
   Wall wall({20, 5});
-  const auto end = levenberg_marquardt(wall, wall.linearize(), {}, kGoesOn);
+  const auto end = levenberg_marquardt(wall, wall.linearize(), {.watches = GetParam()}, kGoesOn);
   EXPECT_TRUE(end.converged);
   EXPECT_NEAR(wall.values().x(), std::exp(-3), 1e-6);
 }
 
-TEST(LevenbergMarquardt, StaysWhereItIsWhenNothingGains) {
+TEST_P(Search, StaysWhereItIsWhenNothingGains) {
   WrongSlope wrong({50, -70});
   const double start = wrong.linearize();
-  const auto end = levenberg_marquardt(wrong, start, {.max_iterations = 1000}, kGoesOn);
+  const auto end =
+      levenberg_marquardt(wrong, start, {.max_iterations = 1000, .watches = GetParam()}, kGoesOn);
   EXPECT_TRUE(end.converged || end.exhausted);
   EXPECT_LT(end.iterations, 100);
   EXPECT_DOUBLE_EQ(end.cost, start);
   EXPECT_EQ(wrong.values(), Eigen::Vector2d(50, -70));
+}
+
+/// Along the floor of the valley a step leaves it to the second order, and the next one leads back.
+TEST(LevenbergMarquardt, ASecondStepPutsRightWhatTheFirstBends) {
+  const auto steps = [](bool watches) {
+    Valley valley({0.88, 0.7744});
+    const auto end =
+        levenberg_marquardt(valley, valley.linearize(), {.damping = 0, .watches = watches}, kGoesOn);
+    EXPECT_TRUE(end.converged);
+    EXPECT_LT((valley.values() - Eigen::Vector2d(1, 1)).norm(), 1e-6);
+    return end.iterations;
+  };
+  EXPECT_GT(steps(false), 3);
+  EXPECT_LE(steps(true), 2);
 }
 
 TEST(LevenbergMarquardt, StopsOnRequestAndAtItsMostSteps) {
