@@ -115,6 +115,8 @@ std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDet
   constexpr double kMostResidual = 0.04;  // of the step: under gloss that lies over bits, too, it is larger
   constexpr double kMostCells = 0.4;      // half a cell further other bits would be read
   const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
+  constexpr int kLeastCells = 6;  // with the border: three rows of three bits are too few for so many numbers
+  if (family(detection.tag.family).width_at_border < kLeastCells) return std::nullopt;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
   const double farthest = std::max(options.max_shift_px, kMostCells * cell_px);
   InnerPixels pixels;

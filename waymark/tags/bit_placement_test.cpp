@@ -25,7 +25,7 @@ Print print_of(FamilyId id, double roll_rad) {
   print.roll_rad = roll_rad;
   print.side_px = 6.5 * family(id).width_at_border;
   print.black = 20;
-  print.noise = 1;
+  print.noise = 3;
   return print;
 }
 
@@ -83,8 +83,9 @@ TEST(BitPlacement, AgreesWithABorderThatIsThere) {
     const Print print = print_of(id, 0.7);
     const auto placed =
         refinement::place_by_bits(render(print), detection_at(print, 0.3, random), {}, nullptr);
-    const bool classic = !family(id).reversed_border && family(id).width_at_border > 5;
-    EXPECT_TRUE(placed || !classic) << to_string(id);
+    const bool few = family(id).width_at_border < 6;
+    EXPECT_FALSE(placed && few) << to_string(id);
+    EXPECT_TRUE(placed || few || family(id).reversed_border) << to_string(id);
     if (placed)
       EXPECT_LT(testing::nees(placed->corners_px, placed->covariance_px2, print), 24)
           << to_string(id);  // of 8
