@@ -23,8 +23,9 @@ class Loop(InFolder):
         self.assertTrue(taught.records[0]["mappable"])
         self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
         replayed = self.run_here("replay", "map", "--robot", SIM + " --seed 7", "--world", "circuit24",
-                                 "-o", "replay.mcap", "--json")
+                                 "-o", "replay.mcap", "--search-every", "8", "--json")
         self.assertEqual(replayed.code, 0, replayed.err)
+        self.assertIn("had no effect: the robot sent no pictures", replayed.err)
         report = replayed.records[0]
         self.assertTrue(report["finished"])
         inside = self.run_here("replay", "map", "--world", "circuit24", "--seed", "7", "--json").records[0]

@@ -22,12 +22,13 @@ const CameraModel kCamera =
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-/// Four tags on a wall a metre and a half before the camera, which is the map's origin, and one behind it.
+/// Four tags before the camera, which is the map's origin, not in one plane, and one behind it.
 TagMap wall() {
   TagMap map;
   for (int number = 0; number < 4; ++number)
-    map.tags[tag(number)] = {.map_T_tag = SE3(SO3(), {0.4 * number - 0.6, 0.1 * (number % 2), 1.5}),
-                             .size_m = 0.2};
+    map.tags[tag(number)] = {
+        .map_T_tag = SE3(SO3(), {0.4 * number - 0.6, 0.1 * (number % 2), number % 2 == 0 ? 1.5 : 1.2}),
+        .size_m = 0.2};
   map.tags[tag(9)] = {.map_T_tag = SE3(SO3(), {0, 0, -1.5}), .size_m = 0.2};
   return map;
 }

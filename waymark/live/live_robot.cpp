@@ -118,6 +118,9 @@ Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
   if (loop_.dropped_pictures() > 0)
     control_.note(fmt::format("passed over, as they came faster than tags could be looked for in them: {}",
                               counted(loop_.dropped_pictures(), "picture")));
+  const bool followed = finder_.tracking.whole_every != 1 || finder_.tracking.in_strips;
+  if (followed && !loop_.searched())
+    control_.note("that tags are followed from picture to picture had no effect: the robot sent no pictures");
   return end;
 }
 

@@ -80,6 +80,8 @@ class RobotLoop {
   Result<RobotLoopEnd> drive(const RobotListener& listener);
   /// Pictures that came faster than tags could be looked for in them, and were not searched.
   [[nodiscard]] int dropped_pictures() const { return pictures_.dropped(); }
+  /// Whether tags were looked for in a picture.
+  [[nodiscard]] bool searched() const { return !sequences_.empty(); }
 
  private:
   Status take_event(const RobotListener& listener);

@@ -11,6 +11,7 @@
 #include "waymark/tags/expected_bends.hpp"
 #include "waymark/tags/inner_bits.hpp"
 #include "waymark/tags/inner_fit.hpp"
+#include "waymark/tags/lens_field.hpp"
 #include "waymark/tags/tag_bands.hpp"
 #include "waymark/tags/tag_fit.hpp"
 
@@ -56,6 +57,7 @@ EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
       J(row, kStretchS + axis) = blur_px;
       J(row, kShearS + axis) = side * beside * blur_px;
       J(row, kTaperS + axis) = beside * blur_px;
+      J(row, kSqueezeS + axis) = J(row, kBendS + axis) = side * blur_px;
     }
   }
   return J;
@@ -76,7 +78,8 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   tag.edges = edge_frames(at.corners_px, printed.width_at_border);
   for (const EdgeFrame& edge : tag.edges)
     if (!(edge.cell_px >= options.min_cell_px)) return std::nullopt;
-  expect_bends(camera, options.curvature_per_px, tag.edges);
+  const std::array<double, 4> bend_px = expect_bends(camera, options.curvature_per_px, tag.edges);
+  tag.lens = camera != nullptr ? lens_field(*camera, tag.edges) : std::nullopt;
   TagEstimate even;  // edges bend as the lens says, and uneven light is found by the slopes of the levels
   for (EdgeVector& edge : even.edges) edge.setZero();
   read_inner_pixels(image, at.tag, tag, even, InnerPixels::kMany, pixels);
@@ -84,9 +87,12 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   if (level[0].count < kInnerUnknowns || level[1].count < kInnerUnknowns) return std::nullopt;
   const double step = level[1].mean() - level[0].mean();
   if (step < options.min_contrast) return std::nullopt;
-  const InnerPrior prior =
-      inner_prior(level[0].mean(), step, std::log(options.blur_px),
-                  {.level = 0.3, .slope = 0.05, .log_blur = 0.4, .place_blurs = kPlacePx / options.blur_px});
+  const InnerPrior prior = inner_prior(level[0].mean(), step, std::log(options.blur_px),
+                                       {.level = 0.3,
+                                        .slope = 0.05,
+                                        .log_blur = 0.4,
+                                        .place_blurs = kPlacePx / options.blur_px,
+                                        .bend_blurs = std::ranges::max(bend_px) / options.blur_px});
   const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, 1.0, printed.reversed_border ? -1.0 : 1.0);
   if (!fit.belief.mean.allFinite()) return std::nullopt;
   return Look{averaged(fit, prior), fit.variance, intersection(tag.edges)};

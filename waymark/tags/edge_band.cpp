@@ -17,22 +17,6 @@ Vector2d outward_normal(const Vector2d& from, const Vector2d& to) {
   return {along.y(), -along.x()};
 }
 
-/// Homography of the unit square onto a quad (Heckbert, "Fundamentals of texture mapping and image warping",
-/// 1989, section 2.2.3).
-Eigen::Matrix3d px_H_unit(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d) {
-  const Vector2d u = b - c;
-  const Vector2d v = d - c;
-  const Vector2d s = a - b + c - d;
-  const double det = u.x() * v.y() - u.y() * v.x();
-  const double g = (s.x() * v.y() - s.y() * v.x()) / det;
-  const double h = (u.x() * s.y() - u.y() * s.x()) / det;
-  Eigen::Matrix3d H;
-  H << b.x() - a.x() + g * b.x(), d.x() - a.x() + h * d.x(), a.x(),  //
-      b.y() - a.y() + g * b.y(), d.y() - a.y() + h * d.y(), a.y(),   //
-      g, h, 1.0;
-  return H;
-}
-
 /// The line v = cells as a unit line whose signed distance grows outwards (towards smaller v).
 Vector3d line_at(const Eigen::Matrix3d& cell_H_px, double cells, const Vector2d& outward) {
   Vector3d line = (cell_H_px.row(1) - cells * cell_H_px.row(2)).transpose();
@@ -181,6 +165,21 @@ void read_pixels(const ImageView& image, const Slicing& s, const BlockStart& sta
 
 }  // namespace
 
+Eigen::Matrix3d homography_of_unit_square(const Quad& quad) {
+  const auto& [a, b, c, d] = quad;
+  const Vector2d u = b - c;
+  const Vector2d v = d - c;
+  const Vector2d s = a - b + c - d;
+  const double det = u.x() * v.y() - u.y() * v.x();
+  const double g = (s.x() * v.y() - s.y() * v.x()) / det;
+  const double h = (u.x() * s.y() - u.y() * s.x()) / det;
+  Eigen::Matrix3d H;
+  H << b.x() - a.x() + g * b.x(), d.x() - a.x() + h * d.x(), a.x(),  //
+      b.y() - a.y() + g * b.y(), d.y() - a.y() + h * d.y(), a.y(),   //
+      g, h, 1.0;
+  return H;
+}
+
 std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells) {
   std::array<EdgeFrame, 4> edges;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -195,7 +194,7 @@ std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells) {
     edge.normal_before = outward_normal(d, a);
     edge.normal_after = outward_normal(b, c);
     edge.length_px = (b - a).norm();
-    edge.cell_H_px = px_H_unit(a, b, c, d).inverse();
+    edge.cell_H_px = homography_of_unit_square({a, b, c, d}).inverse();
     edge.cell_H_px.topRows<2>() *= cells;
     const Vector2d middle = 0.5 * (a + b);
     edge.cell_H_px /=

@@ -37,6 +37,10 @@ struct EdgeFrame {
   }
 };
 
+/// Homography of the unit square onto a quad TL, TR, BR, BL (Heckbert, "Fundamentals of texture mapping and
+/// image warping", 1989, section 2.2.3).
+[[nodiscard]] Eigen::Matrix3d homography_of_unit_square(const Quad& quad);
+
 /// Frames of the four edges; cells = cells along a side. The quad must be convex, clockwise as seen.
 [[nodiscard]] std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells);
 

@@ -36,18 +36,21 @@ Place locate(const Eigen::Matrix3d& cell_H_px, const Vector2d& px) {
 
 double along(double cell, int cells) { return 2.0 * cell / cells - 1.0; }
 
-/// How far the bends of the four edges, known and fitted, move what is printed at (s, t) [px].
+/// How far the lens and the bends of the four edges that were fitted move what is printed at (s, t) [px].
 Vector2d bend_px(const TagBands& tag, const TagEstimate& estimate, double s, double t) {
   const auto of = [&](std::size_t k, double at) -> Vector2d {
-    return (tag.edges[k].bulge_at(at) + (1 - at * at) * estimate.edges[k][kBend]) * tag.edges[k].normal;
+    return (1 - at * at) * estimate.edges[k][kBend] * tag.edges[k].normal;
   };
-  return 0.5 * ((1 - t) * of(0, s) + (1 + t) * of(2, -s) + (1 + s) * of(1, t) + (1 - s) * of(3, -t));
+  const Vector2d lens = tag.lens ? tag.lens->at(s, t) : Vector2d::Zero();
+  return lens + 0.5 * ((1 - t) * of(0, s) + (1 + t) * of(2, -s) + (1 + s) * of(1, t) + (1 - s) * of(3, -t));
 }
 
 bool bends_matter(const TagBands& tag, const TagEstimate& estimate) {
   constexpr double kLittlePx = 0.02;
+  if (tag.lens)
+    for (const Vector2d& off : tag.lens->off_px)
+      if (off.cwiseAbs().maxCoeff() > kLittlePx) return true;
   for (std::size_t k = 0; k < 4; ++k) {
-    if (tag.edges[k].bulge_px.cwiseAbs().maxCoeff() > kLittlePx) return true;
     if (std::abs(estimate.edges[k][kBend]) > kLittlePx) return true;
   }
   return false;

@@ -50,7 +50,9 @@ InnerPrior inner_prior(double black, double step, double log_blur, const InnerDo
   for (const InnerUnknown slope : kSlopes) prior.sigma[slope] = doubts.slope * step;
   prior.sigma[kGrowth] = kGrowthBlurs;
   prior.sigma[kBlurS] = prior.sigma[kBlurT] = doubts.log_blur;
-  for (int i = kShiftS; i < kInnerUnknowns; ++i) prior.sigma[i] = doubts.place_blurs;
+  for (int i = kShiftS; i <= kTaperT; ++i) prior.sigma[i] = doubts.place_blurs;
+  constexpr double kLeast = 1e-3;  // 0 has no inverse
+  for (int i = kSqueezeS; i <= kBendT; ++i) prior.sigma[i] = std::max(kLeast, doubts.bend_blurs);
   return prior;
 }
 

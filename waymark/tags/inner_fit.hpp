@@ -21,6 +21,7 @@ struct InnerDoubts {
   double slope = 0.01;    ///< share of the step
   double log_blur = 0.1;  ///< of ln(blur)
   double place_blurs = 0.03;
+  double bend_blurs = 0;  ///< what a lens that is not known bends and stretches across the tag
 };
 [[nodiscard]] InnerPrior inner_prior(double black, double step, double log_blur, const InnerDoubts& doubts);
 

@@ -18,7 +18,7 @@ constexpr float kLargeGrowth = 0.3F;
 /// Share of white at some pixels, and its derivatives.
 struct Share {
   Lanes white, growth;
-  std::array<Lanes, 2> blur, shift, stretch;  ///< across columns, rows
+  std::array<Lanes, 2> blur, shift, stretch, squeeze;  ///< across columns, rows
 };
 
 /// The pattern across one axis: derivatives of the share of white by what moves its lines. `cross` holds how
@@ -26,6 +26,7 @@ struct Share {
 struct Across {
   Lanes moved = Lanes::Zero();
   Lanes stretched = Lanes::Zero();
+  Lanes squeezed = Lanes::Zero();
   Lanes blurred = Lanes::Zero();
   Lanes grown = Lanes::Zero();   ///< by one blur more
   Lanes growth = Lanes::Zero();  ///< what the growth itself adds to the share
@@ -56,6 +57,7 @@ Across across(const InnerPixels::Block& block, std::size_t axis, const std::arra
       const Lanes density_jump = begins * begin.pdf - ends * end.pdf;
       sum.moved -= density_jump;
       sum.stretched -= block.place[axis][i] * density_jump;
+      sum.squeezed -= block.place[axis][i].square() * density_jump;
       sum.blurred -= z[i] * density_jump;
       sum.grown += begins * (1.0F - place) * begin.pdf + ends * (1.0F + place) * end.pdf;
       sum.growth += begins * (begin.cdf - here.cdf) + ends * (here.cdf - end.cdf);
@@ -65,6 +67,7 @@ Across across(const InnerPixels::Block& block, std::size_t axis, const std::arra
     const Lanes second = (1.0F + place.square()) * jump - 2.0F * place * edges;
     sum.moved -= density[i] * jump;
     sum.stretched -= density[i] * block.place[axis][i] * jump;
+    sum.squeezed -= density[i] * block.place[axis][i].square() * jump;
     sum.blurred -= density[i] * z[i] * jump;
     sum.grown += density[i] * (first - growth * z[i] * second);
     sum.growth += density[i] * growth * (first - 0.5F * growth * z[i] * second);
@@ -83,6 +86,7 @@ std::array<double, 2> turns(const InnerVector& x, double outwards) {
 /// = 1.
 struct Offset {
   Lanes shift, stretch;
+  float squeeze = 0;
 };
 
 template <int Unknowns>
@@ -92,8 +96,10 @@ std::array<Offset, 2> offsets(const InnerPixels::Block& block, const InnerVector
     return {Offset{Lanes::Constant(of(kShiftS)), Lanes::Constant(of(kStretchS))},
             {Lanes::Constant(of(kShiftT)), Lanes::Constant(of(kStretchT))}};
   } else {
-    return {Offset{of(kShiftS) + of(kShearS) * block.t, of(kStretchS) + of(kTaperS) * block.t},
-            {of(kShiftT) + of(kShearT) * block.s, of(kStretchT) + of(kTaperT) * block.s}};
+    return {Offset{of(kShiftS) + of(kShearS) * block.t + of(kBendS) * block.t.square(),
+                   of(kStretchS) + of(kTaperS) * block.t, of(kSqueezeS)},
+            {of(kShiftT) + of(kShearT) * block.s + of(kBendT) * block.s.square(),
+             of(kStretchT) + of(kTaperT) * block.s, of(kSqueezeT)}};
   }
 }
 
@@ -114,7 +120,8 @@ Share share_of_white(const InnerPixels::Block& block, const InnerVector& x, floa
     Lanes rest = Lanes::Ones();
     for (std::size_t i = 0; i < 3; ++i) {
       z[axis][i] = block.past_px[axis][i] * inverse_blur - offset[axis].shift -
-                   offset[axis].stretch * block.place[axis][i] +
+                   offset[axis].stretch * block.place[axis][i] -
+                   offset[axis].squeeze * block.place[axis][i].square() +
                    tapered * (1.0F - block.place[axis][i].square());
       const NormalLanes<Lanes> normal = normal_lanes<Lanes>(z[axis][i]);
       density[axis][i] = normal.pdf;
@@ -129,11 +136,8 @@ Share share_of_white(const InnerPixels::Block& block, const InnerVector& x, floa
       white += part[1][row] * part[0][column] * block.white[row][column];
   const Across s = across(block, 0, part[1], z[0], density[0], outwards, growth);
   const Across t = across(block, 1, part[0], z[1], density[1], outwards, growth);
-  return {white + s.growth + t.growth,
-          s.grown + t.grown,
-          {s.blurred, t.blurred},
-          {s.moved, t.moved},
-          {s.stretched, t.stretched}};
+  return {white + s.growth + t.growth, s.grown + t.grown,          {s.blurred, t.blurred},
+          {s.moved, t.moved},          {s.stretched, t.stretched}, {s.squeezed, t.squeezed}};
 }
 
 }  // namespace
@@ -180,6 +184,8 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
         const Lanes& beside = axis == 0 ? block.t : block.s;
         slope[kShearS + axis] = slope[kShiftS + axis] * beside;
         slope[kTaperS + axis] = slope[kStretchS + axis] * beside;
+        slope[kSqueezeS + axis] = step * share.squeeze[axis];
+        slope[kBendS + axis] = slope[kShiftS + axis] * beside.square();
       }
     }
     for (std::size_t i = 0; i < Unknowns; ++i) {

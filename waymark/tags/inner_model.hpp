@@ -26,9 +26,13 @@ enum InnerUnknown : std::uint8_t {
   kShearS,  ///< the same, of the lines between columns, growing along t; of those between rows along s
   kShearT,
   kTaperS,  ///< of the stretch, growing likewise
-  kTaperT
+  kTaperT,
+  kSqueezeS,  ///< the same, growing with s^2 as a lens does it; of lines between rows with t^2
+  kSqueezeT,
+  kBendS,  ///< the same, of lines between columns growing with t^2; of those between rows with s^2
+  kBendT
 };
-constexpr int kInnerUnknowns = kTaperT + 1;
+constexpr int kInnerUnknowns = kBendT + 1;
 constexpr int kUnknownsOnBorder = kStretchT + 1;  ///< of a pattern that lies as the border does
 using InnerVector = Eigen::Matrix<double, kInnerUnknowns, 1>;
 using InnerMatrix = Eigen::Matrix<double, kInnerUnknowns, kInnerUnknowns>;

@@ -12,6 +12,7 @@
 #include "waymark/tags/corner_covariance.hpp"
 #include "waymark/tags/expected_bends.hpp"
 #include "waymark/tags/inner_correction.hpp"
+#include "waymark/tags/lens_field.hpp"
 #include "waymark/tags/light.hpp"
 
 namespace waymark {
@@ -165,6 +166,7 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
     settled = pass > 0 && displacements(estimate).cwiseAbs().maxCoeff() < kPassSettledPx;
   }
   if (!settled) return RefinementOutcome::PoorFit;
+  tag.lens = camera != nullptr ? lens_field(*camera, tag.edges) : std::nullopt;
   result.corners_px = corners;
   result.blur_px = blur_px;
   result.contrast = estimate.mean[kStep - kOwn];

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "waymark/tags/edge_model.hpp"
+#include "waymark/tags/lens_field.hpp"
 
 namespace waymark::refinement {
 
@@ -13,7 +15,8 @@ struct TagBands {
   std::array<Band, 4> bands;
   std::array<SliceCosts, 4> costs;  ///< of the last linearize() of each band
   std::array<NormalEquations, 4> normals;
-  int pixels = 0;  ///< of all bands
+  int pixels = 0;                   ///< of all bands
+  std::optional<LensField> lens{};  ///< of a known lens, between these edges
 };
 
 /// Reads the bands around `edges`. The first pass looks wider and at fewer slices: it only has to find the
