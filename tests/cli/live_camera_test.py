@@ -175,7 +175,10 @@ class LiveCamera(InFolder):
         self.assertIn(" occluded)", line["words"])
         none = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--map", "nowhere")
         line = next(line for line in none.records[0]["checks"] if line["check"] == "map")
-        self.assertEqual((line["level"], "nowhere" in line["words"]), ("warn", True), line)
+        self.assertEqual((line["level"], "nowhere" in line["words"], none.code), ("fail", True, 1), line)
+        none = self.see("doctor", "--json", "--rate-hz", "5", "--camera-source", VIDEO, "--map", "map.yaml")
+        line = next(line for line in none.records[0]["checks"] if line["check"] == "map")
+        self.assertEqual((line["level"], "--camera FILE" in line["command"], none.code), ("fail", True, 1), line)
 
     def test_a_pipeline_is_a_camera(self):
         if not pathlib.Path("/usr/lib/x86_64-linux-gnu/libgstapp-1.0.so.0").exists():

@@ -10,6 +10,7 @@
 #include "waymark/base/counted.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/map_file.hpp"
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/live/camera_address.hpp"
 #include "waymark/live/camera_watch.hpp"
 #include "waymark/pipeline/expected_tags.hpp"
@@ -22,6 +23,10 @@ constexpr int kOneOf = 5;  // a tag that is missed more often than once in so ma
 
 DoctorLine warning(std::string words, std::string command) {
   return {"map", DoctorLevel::Warn, std::move(words), std::move(command)};
+}
+/// What was asked for could not be looked at.
+DoctorLine failed(std::string words, std::string command) {
+  return {"map", DoctorLevel::Fail, std::move(words), std::move(command)};
 }
 
 /// Whether tags elsewhere in the picture can be foretold from this pose.
@@ -64,11 +69,12 @@ void MapTagTrial::add(const ImageView& image, const std::vector<TagDetection>& f
 DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_command) {
   const std::string pictures = counted(static_cast<std::size_t>(trial.pictures), "picture");
   if (trial.with_tags == 0)
-    return warning(fmt::format("no tag of the map is found in {}", pictures), view_command);
+    return failed(fmt::format("no tag of the map is found in {}", pictures), view_command);
   if (trial.placed == 0)
     return warning(
         fmt::format("tags of the map are found in {} of {}, but they do not tell where the camera is: "
-                    "move it nearer, or so that several tags are in view",
+                    "move it nearer, or so that several tags are in view, and check that the calibration is "
+                    "this camera's",
                     trial.with_tags, pictures),
         view_command);
   std::vector<std::string> missed;
@@ -90,16 +96,19 @@ DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_comm
 
 DoctorLine check_map_tags(const std::string& address, const std::filesystem::path& calibration,
                           const std::filesystem::path& map, const DoctorCancelled& cancelled) {
+  if (calibration.empty())
+    return failed("tags of a map can only be expected with the camera's calibration",
+                  "waymark doctor --camera FILE --map " + shell_word(map.string()));
   const auto camera = read_camera(calibration);
-  if (!camera) return warning(to_string(camera.error()), "waymark calibrate camera --help");
+  if (!camera) return failed(to_string(camera.error()), "waymark calibrate camera --help");
   const auto file = read_map_or_folder(map);
-  if (!file) return warning(to_string(file.error()), "waymark map --help");
+  if (!file) return failed(to_string(file.error()), "waymark map --help");
   DetectorOptions options{.families = families_of(file->tags)};
   for (const auto& [tag, mapped] : file->tags.tags) options.known_tags.push_back(tag);
   const auto finder = make_tag_finder(options);
-  if (!finder) return warning(to_string(finder.error()), "waymark map --help");
+  if (!finder) return failed(to_string(finder.error()), "waymark map --help");
   const auto source = open_live_camera(address);
-  if (!source) return warning(to_string(source.error()), "waymark cameras");
+  if (!source) return failed(to_string(source.error()), "waymark cameras");
   MapTagTrial trial;
   CameraWatch watch;
   watch.duration_s = kLook_s;
@@ -111,7 +120,7 @@ DoctorLine check_map_tags(const std::string& address, const std::filesystem::pat
     return Status();
   };
   const auto end = watch_camera(**source, *finder, watch);
-  if (!end) return warning(to_string(end.error()), "waymark cameras");
+  if (!end) return failed(to_string(end.error()), "waymark cameras");
   return check_map_tags(trial, "waymark detect " + address + " --view");
 }
 

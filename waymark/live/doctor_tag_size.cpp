@@ -24,6 +24,11 @@ DoctorLine warning(std::string words, std::string command = "waymark doctor --he
   return {"tag size", DoctorLevel::Warn, std::move(words), std::move(command)};
 }
 
+/// What was asked for could not be looked at.
+DoctorLine failed(std::string words, std::string command = "waymark doctor --help") {
+  return {"tag size", DoctorLevel::Fail, std::move(words), std::move(command)};
+}
+
 /// A distance as seen, and its standard deviation.
 struct SeenDistance {
   double distance_m = 0;
@@ -75,12 +80,15 @@ DoctorLine check_tag_size(std::span<const TagDetection> detections, const Camera
 
 DoctorLine check_tag_size(const std::string& address, const std::filesystem::path& calibration,
                           const TagSizeTrial& trial, const DoctorCancelled& cancelled) {
+  if (calibration.empty())
+    return failed("the size of a tag can only be measured with the camera's calibration",
+                  "waymark doctor --camera FILE");
   const auto camera = read_camera(calibration);
-  if (!camera) return warning(to_string(camera.error()), "waymark calibrate camera --help");
+  if (!camera) return failed(to_string(camera.error()), "waymark calibrate camera --help");
   const auto finder = make_tag_finder({.families = trial.families});
-  if (!finder) return warning(to_string(finder.error()));
+  if (!finder) return failed(to_string(finder.error()));
   const auto source = open_live_camera(address);
-  if (!source) return warning(to_string(source.error()), "waymark cameras");
+  if (!source) return failed(to_string(source.error()), "waymark cameras");
   std::vector<TagDetection> detections;
   CameraWatch watch;
   watch.duration_s = kLook_s;
@@ -91,7 +99,7 @@ DoctorLine check_tag_size(const std::string& address, const std::filesystem::pat
     return Status();
   };
   const auto end = watch_camera(**source, *finder, watch);
-  if (!end) return warning(to_string(end.error()), "waymark cameras");
+  if (!end) return failed(to_string(end.error()), "waymark cameras");
   return check_tag_size(detections, camera->camera, trial);
 }
 

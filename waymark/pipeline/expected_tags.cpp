@@ -1,5 +1,6 @@
 #include "waymark/pipeline/expected_tags.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -10,14 +11,45 @@
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
+namespace {
+
+constexpr double kBehind_m = 0.1;  // tags that hang on one wall do not cover each other
+
+/// What a tag covers of the picture, with a white margin of an eighth of its side.
+struct Print {
+  double distance_m = 0;
+  Eigen::AlignedBox2d box_px;
+};
+
+/// Of all tags of a map that lie wholly in the picture, however small or oblique, from the front.
+std::vector<Print> prints_before(const TagMap& map, const CameraModel& camera, const SE3& cam_T_map) {
+  constexpr VisibilityLimits kAny = {.min_side_px = 4, .max_incidence_rad = 1.5, .margin_px = 0};
+  constexpr double kWithMargin = 1.25;
+  std::vector<Print> prints;
+  for (const auto& [tag, mapped] : map.tags) {
+    const SE3 cam_T_tag = cam_T_map * mapped.map_T_tag;
+    const auto corners = visible_corners(camera, cam_T_tag, kWithMargin * mapped.size_m, kAny);
+    if (corners) prints.push_back({cam_T_tag.translation().norm(), box_of(*corners)});
+  }
+  return prints;
+}
+
+}  // namespace
 
 std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& camera, const SE3& map_T_cam) {
   constexpr VisibilityLimits kSurely = {.min_side_px = 24, .max_incidence_rad = 1.05, .margin_px = 8};
   const SE3 cam_T_map = map_T_cam.inverse();
+  const std::vector<Print> prints = prints_before(map, camera, cam_T_map);
   std::vector<ExpectedTag> expected;
   for (const auto& [tag, mapped] : map.tags) {
-    const auto corners = visible_corners(camera, cam_T_map * mapped.map_T_tag, mapped.size_m, kSurely);
-    if (corners) expected.push_back({tag, *corners});
+    const SE3 cam_T_tag = cam_T_map * mapped.map_T_tag;
+    const auto corners = visible_corners(camera, cam_T_tag, mapped.size_m, kSurely);
+    if (!corners) continue;
+    const double distance_m = cam_T_tag.translation().norm();
+    const bool covered = std::ranges::any_of(prints, [&](const Print& print) {
+      return print.distance_m < distance_m - kBehind_m && print.box_px.intersects(box_of(*corners));
+    });
+    if (!covered) expected.push_back({tag, *corners});
   }
   return expected;
 }

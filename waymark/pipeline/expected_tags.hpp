@@ -14,7 +14,8 @@
 namespace waymark {
 
 /// Where the tags of a map should be in a picture that was taken from this pose: those that a detector finds
-/// without fail when nothing is in the way, as they are large enough and not oblique. O(tags).
+/// without fail when nothing is in the way, as they are large enough, not oblique, and no other tag of the
+/// map hangs before them. O(tags), and O(tags in view^2).
 [[nodiscard]] std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& camera,
                                                      const SE3& map_T_cam);
 

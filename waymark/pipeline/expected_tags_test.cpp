@@ -54,6 +54,19 @@ TEST(ExpectedTags, AreThoseInFrontWhereTheCameraSeesThem) {
   }
 }
 
+/// One tag hangs half a metre before another, and hides it from here.
+TEST(ExpectedTags, AreNotThoseBehindOthers) {
+  TagMap map = wall();
+  MappedTag front = map.tags.at({FamilyId::Tag36h11, 1});
+  const Eigen::Vector3d away(-0.5, 0.02, 0);
+  front.map_T_tag = SE3(front.map_T_tag.rotation(), front.map_T_tag.translation() + away);
+  map.tags[{FamilyId::Tag36h11, 20}] = front;
+  const auto expected = expected_tags(map, camera(), at(SE2(0, 0, 0)), kNow);
+  std::vector<int> numbers;
+  for (const ExpectedTag& tag : expected) numbers.push_back(tag.tag.number);
+  EXPECT_EQ(numbers, (std::vector<int>{0, 2, 20}));
+}
+
 /// The same place on a floor that leans: what the camera sees does not change.
 TEST(ExpectedTags, StandOnTheFloorThatTheMapHas) {
   TagMap leaning = wall();

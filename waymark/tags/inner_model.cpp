@@ -150,8 +150,9 @@ double px_per_level(const InnerVector& x, double outwards) {
 
 template <int Unknowns>
 InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outwards, double trusted) {
-  std::array<std::array<Lanes, Unknowns>, Unknowns> information;
-  std::array<Lanes, Unknowns> gradient;
+  constexpr auto kCount = static_cast<std::size_t>(Unknowns);
+  std::array<std::array<Lanes, kCount>, kCount> information;
+  std::array<Lanes, kCount> gradient;
   for (auto& row : information) row.fill(Lanes::Zero());
   gradient.fill(Lanes::Zero());
   Lanes cost = Lanes::Zero();
@@ -168,7 +169,7 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
     // Huber, "Robust estimation of a location parameter", 1964.
     Lanes weight = block.weight * (static_cast<float>(trusted) / residual.abs().max(1e-3F)).min(1.0F);
     weight *= sums::within_scale<Lanes>(block.value, predicted);
-    std::array<Lanes, Unknowns> slope;
+    std::array<Lanes, kCount> slope;
     slope[kBlack] = Lanes::Ones();
     slope[kBlackS] = block.s;
     slope[kBlackT] = block.t;
@@ -188,9 +189,9 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
         slope[kBendS + axis] = slope[kShiftS + axis] * beside.square();
       }
     }
-    for (std::size_t i = 0; i < Unknowns; ++i) {
+    for (std::size_t i = 0; i < kCount; ++i) {
       const Lanes weighted = weight * slope[i];
-      for (std::size_t k = i; k < Unknowns; ++k) information[i][k] += weighted * slope[k];
+      for (std::size_t k = i; k < kCount; ++k) information[i][k] += weighted * slope[k];
       gradient[i] += weighted * residual;
     }
     cost += weight * residual.square();
