@@ -157,8 +157,8 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
   gradient.fill(Lanes::Zero());
   Lanes cost = Lanes::Zero();
   Lanes count = Lanes::Zero();
-  constexpr bool on_border = Unknowns == kUnknownsOnBorder;
-  const std::array<double, 2> keystone = on_border ? turns(x, outwards) : std::array<double, 2>{};
+  constexpr bool kOnBorder = Unknowns == kUnknownsOnBorder;
+  const std::array<double, 2> keystone = kOnBorder ? turns(x, outwards) : std::array<double, 2>{};
   const auto of = [&x](InnerUnknown i) { return static_cast<float>(x[i]); };
   for (std::size_t b = 0; b < pixels.blocks(); ++b) {
     const InnerPixels::Block& block = pixels.block[b];
@@ -181,7 +181,7 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
       slope[kBlurS + axis] = step * share.blur[axis];
       slope[kShiftS + axis] = step * share.shift[axis];
       slope[kStretchS + axis] = step * share.stretch[axis];
-      if constexpr (!on_border) {
+      if constexpr (!kOnBorder) {
         const Lanes& beside = axis == 0 ? block.t : block.s;
         slope[kShearS + axis] = slope[kShiftS + axis] * beside;
         slope[kTaperS + axis] = slope[kStretchS + axis] * beside;
