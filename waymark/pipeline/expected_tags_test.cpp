@@ -2,6 +2,7 @@
 #include "waymark/pipeline/expected_tags.hpp"
 
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -63,6 +64,7 @@ TEST(ExpectedTags, AreNotThoseBehindOthers) {
   map.tags[{FamilyId::Tag36h11, 20}] = front;
   const auto expected = expected_tags(map, camera(), at(SE2(0, 0, 0)), kNow);
   std::vector<int> numbers;
+  numbers.reserve(expected.size());
   for (const ExpectedTag& tag : expected) numbers.push_back(tag.tag.number);
   EXPECT_EQ(numbers, (std::vector<int>{0, 2, 20}));
 }

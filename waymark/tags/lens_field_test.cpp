@@ -1,12 +1,13 @@
 // Where a lens moves what is printed on a tag.
 #include "waymark/tags/lens_field.hpp"
 
-#include <cmath>
+#include <algorithm>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
 #include "waymark/base/random.hpp"
+#include "waymark/geometry/se3.hpp"
 
 namespace waymark::refinement {
 namespace {
