@@ -31,9 +31,9 @@ struct MapTagTrial {
            const CameraModel& camera, int min_white_black_diff);
 };
 
-/// Fails where no tag of the map is in view; warns where the camera's pose stays ambiguous, and of each tag that
-/// should be found and is missed in more than one picture of five, with the reason. `view_command` shows the
-/// pictures.
+/// Fails where no tag of the map is in view; warns where the camera's pose stays ambiguous, and of each tag
+/// that should be found and is missed in more than one picture of five, with the reason. `view_command` shows
+/// the pictures.
 [[nodiscard]] DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_command);
 
 /// The same of a live camera, whose pictures are looked at for two seconds; `map` is a map's file or its
