@@ -25,7 +25,6 @@ struct DetectorOptions {
   bool refine_edges = true;
   double decode_sharpening = 0.8;
   int min_white_black_diff = 15;
-  int threads = 1;
   int memory_limit_mib = 512;
   /// Tags of a map that may be here, no setting: the detector waymark reads them with up to four wrong bits
   /// where the levels of the cells are evidence enough; numbers of other families do not count.
@@ -79,10 +78,6 @@ struct DetectorOptions {
                 "Minimum difference of black and white in grey levels; lower it for faint prints in the "
                 "dark, at the price of time wherever the image noise exceeds an eighth of it.",
                 1, 255});
-    visit(self.threads, Field{"threads",
-                              "Number of threads for one image, detector apriltag3. Two about halve the time "
-                              "of a large image on two cores.",
-                              1, 64});
     visit(self.memory_limit_mib,
           Field{"memory_limit_mib",
                 "Largest total size of the decoding tables of the detector apriltag3, in MiB.", 1, 16384});

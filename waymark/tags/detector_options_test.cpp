@@ -28,7 +28,6 @@ TEST(DetectorOptions, WrongOnesAreRefusedInWords) {
       {"quad_sigma", [&](auto& o) { o.quad_sigma = nan; }},
       {"decode_sharpening", [](auto& o) { o.decode_sharpening = 5; }},
       {"min_white_black_diff", [](auto& o) { o.min_white_black_diff = 0; }},
-      {"threads", [](auto& o) { o.threads = 0; }},
       {"memory_limit_mib", [](auto& o) { o.memory_limit_mib = 0; }},
       {"families", [](auto& o) { o.families = {}; }},
       {"families",
