@@ -14,7 +14,7 @@ import numpy as np
 
 import calibrate_boards_test as boards
 from fake_camera import FakeCamera
-from harness import PROGRAM
+from harness import PROGRAM, rest_of
 
 VIEWS = 8
 HELD = 26  # pictures that show the board in one place
@@ -75,7 +75,7 @@ class Guided(boards.InFolder):
         while not said or ("--dictionary" not in said[-1] and said[-1]):
             said.append(running.stderr.readline())
         running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=60)
+        _, err = rest_of(running)
         self.assertEqual(running.returncode, 130, err)
         self.assertIn("--dictionary 5x5_", said[-1], "".join(said))
 
@@ -98,7 +98,7 @@ class Guided(boards.InFolder):
                 break
             said.append(line)
         running.send_signal(signal.SIGINT)
-        out, err = running.communicate(timeout=60)
+        out, err = rest_of(running)
         self.assertEqual(running.returncode, 130, "".join(said) + err)
         self.assertGreaterEqual(len(json.loads(out)["pictures"]), 6)
         self.assertTrue((self.folder / "calibration.yaml").exists(), "what was done is kept")

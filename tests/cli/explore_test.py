@@ -8,7 +8,7 @@ import subprocess
 import threading
 import time
 
-from harness import PROGRAM, InFolder, unittest
+from harness import PROGRAM, InFolder, rest_of, unittest
 
 MINUTES = 60 if os.environ.get("WAYMARK_FULL") else 3
 
@@ -121,7 +121,7 @@ class Session(InFolder):
         time.sleep(2)  # it drives
         process.send_signal(signal.SIGINT)
         process.wait(timeout=60)  # its input stays open until then: the end of lines would end the session, too
-        out, err = process.communicate()
+        out, err = rest_of(process)
         self.assertEqual(process.returncode, 130, err)
         (replay,) = json.loads(out)["replays"]
         self.assertFalse(replay["finished"])

@@ -1,4 +1,5 @@
 """What the tests of the command line share: a folder with pictures, and the program run in it."""
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -28,6 +29,15 @@ def waymark(*words, cwd=None, **options):
     process = subprocess.run([PROGRAM, *map(str, words)], stderr=subprocess.PIPE, text=True, errors="replace", cwd=cwd,
                              timeout=120, check=False, **options)
     return Outcome(process)
+
+
+def rest_of(process, timeout=60):
+    """What a process whose output was read by lines still writes to stdout and stderr: communicate() would lose what
+    readline() has read ahead of the line it returned."""
+    with concurrent.futures.ThreadPoolExecutor(2) as readers, process.stdout, process.stderr:
+        out, err = (readers.submit(stream.read) for stream in (process.stdout, process.stderr))
+        process.wait(timeout)
+        return out.result(timeout), err.result(timeout)
 
 
 class InFolder(unittest.TestCase):

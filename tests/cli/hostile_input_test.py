@@ -45,7 +45,9 @@ class Hostile(harness.InFolder):
         while "teaching" not in words and process.poll() is None:
             words += process.stderr.readline()
         process.send_signal(signal.SIGINT)
-        words += process.communicate(timeout=60)[1]
+        with process.stderr:
+            words += process.stderr.read()
+        process.wait(60)
         self.assertIn("teaching", words)
         self.assertFalse((self.folder / "pwned").exists())
 

@@ -13,7 +13,7 @@ import time
 
 import pictures
 from fake_camera import FakeCamera
-from harness import PROGRAM, InFolder, unittest
+from harness import PROGRAM, InFolder, rest_of, unittest
 
 # A simulated robot that drives a circle whoever asks; what it is told on standard input is kept.
 DRIVEN = """
@@ -79,7 +79,7 @@ class Driven(InFolder):
         self.assertRegex(line, r"^ +0\.0 s: ")
         time.sleep(1)
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
+        out, err = rest_of(process)
         self.assertEqual(process.returncode, 130, err)
         self.assertIn("estimates over", out)
         self.assertGreater(self.run_here("info", "stopped.mcap", "--json").records[0]["duration_s"], 0.5)

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 
-from harness import PROGRAM, InFolder, unittest
+from harness import PROGRAM, InFolder, rest_of, unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIM = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep"
@@ -131,7 +131,7 @@ class Loop(InFolder):
             self.assertIn("waiting for the robot's hello", process.stderr.readline())
             began = time.monotonic()
             process.send_signal(signal.SIGINT)
-            out, err = process.communicate(timeout=60)
+            out, err = rest_of(process)
             self.assertEqual(process.returncode, 130, out + err)
             self.assertLess(time.monotonic() - began, 10)
             self.assertIn("stopped before the robot said hello", err)
