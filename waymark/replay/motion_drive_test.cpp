@@ -42,6 +42,39 @@ TEST(MotionConsistency, BeginsWithTheCalibratedScaleOfTurns) {
   }
 }
 
+/// Whether a drive straight on at 0.3 m/s is a contradiction after `before_s` at another speed, in which
+/// somebody turns the robot evenly by `turned_rad`. Tags see every turn, and the gyro with its bias.
+std::optional<Contradiction> drive_with_slow_part(double slow_s, double speed_m_s, double bias_rad_s) {
+  constexpr double kDt_s = 0.05;
+  MotionConsistency consistency({}, {}, {.distance_share = 0.02});
+  SE2 odom;
+  SE2 truth;
+  const Eigen::Matrix3d P = Eigen::Vector3d(1e-5, 1e-5, 9e-6).asDiagonal();
+  for (int i = 0; kDt_s * i < slow_s + 6; ++i) {
+    const double time_s = kDt_s * i;
+    const bool slow = time_s >= 3 && time_s < 3 + slow_s;
+    const double speed = slow ? speed_m_s : 0.3;
+    const SensorTime stamp(std::chrono::milliseconds(50 * i));
+    consistency.add(Odometry{.stamp = stamp, .odom_T_base = odom});
+    consistency.add(ImuSample{.stamp = stamp, .angular_velocity_rad_s = {0, 0, bias_rad_s + 1e-6 * (i % 7)}});
+    consistency.command({speed, 0}, kDt_s);
+    consistency.observe(truth, P, true);
+    consistency.observe_picture(stamp, truth, P, true);
+    if (auto found = consistency.contradiction()) return found;
+    odom = odom * SE2::exp({speed * kDt_s, 0, 0});
+    truth = truth * SE2::exp({speed * kDt_s, 0, 0});
+  }
+  return std::nullopt;
+}
+
+TEST(MotionConsistency, ABiasOfTheGyroIsNoContradictionWhereTheRobotIsSlow) {
+  for (const double bias : {-0.008, 0.0, 0.004, 0.008}) {
+    EXPECT_FALSE(drive_with_slow_part(60, 0, bias)) << bias;
+    EXPECT_FALSE(drive_with_slow_part(120, 0.001, bias)) << bias;
+    EXPECT_FALSE(drive_with_slow_part(60, 0.004, bias)) << bias;
+  }
+}
+
 /// How long a straight drive takes to be a contradiction when somebody moves the robot aside
 /// from the third second on; pictures 15 times a second with noise of 6 mm and 0.5 degrees.
 std::optional<double> seconds_until_found(double aside_m_s, std::uint64_t seed) {

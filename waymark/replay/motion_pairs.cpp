@@ -45,7 +45,7 @@ std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const Motion
   const auto difference = [&](const Cut& c) { return turned(c) - commanded(c); };
   const Cut& all = cuts.whole;
   const double limit = options.contradiction_rad + scales.command_share * std::abs(commanded(all)) +
-                       kMotorTime_s * (all.to.ramp_rad_s - all.from.ramp_rad_s);
+                       kMotorTime_s * (all.to.ramp_rad_s - all.from.ramp_rad_s) + turn_of_bias(all);
   // One that turns without being asked was pushed: find_push().
   const bool asked = std::abs(commanded(all)) > limit && commanded(all) * difference(all) < 0;
   if (!asked || !lasts(cuts, limit, difference)) return std::nullopt;
@@ -65,8 +65,8 @@ std::optional<Contradiction> wheels_and_gyro(const Cuts& cuts, const MotionScale
   const auto difference = [&](const Cut& c) { return gyro(c) - wheels(c); };
   const Cut& all = cuts.whole;
   const double larger = std::max(std::abs(wheels(all)), std::abs(gyro(all)));
-  const double limit =
-      options.contradiction_rad + std::hypot(scales.turn_share * larger, turn_noise(all, scales));
+  const double limit = options.contradiction_rad +
+                       std::hypot(scales.turn_share * larger, turn_noise(all, scales), turn_of_bias(all));
   if (!lasts(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Gyro,
@@ -157,8 +157,8 @@ std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& 
   const double commanded = kMostGain * (cut.to.commanded_rad - cut.from.commanded_rad);
   const double turned = cut.to.gyro_rad - cut.from.gyro_rad;
   const double apart_rad = beyond(turned, commanded);
-  if (!(apart_rad > options.pushed_rad + kRamp_s * (cut.to.ramp_rad_s - cut.from.ramp_rad_s)))
-    return std::nullopt;
+  const double ramp_rad = kRamp_s * (cut.to.ramp_rad_s - cut.from.ramp_rad_s);
+  if (!(apart_rad > options.pushed_rad + ramp_rad + turn_of_bias(cut))) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
                        .other = MotionSource::Gyro,
                        .turning = true,
@@ -244,7 +244,8 @@ std::optional<Contradiction> find_carry(const MotionSample& before, const Motion
   const Cut cut{before, after};
   const double way = apart(cut).norm();
   const double turn = std::abs(straight(turned_by_tags(cut) - turned_by_odometry(cut)));
-  const bool turning = turn > options.contradiction_rad + 2 * kSigmas * yaw_sigma(cut) / std::numbers::sqrt2;
+  const double noise = 2 * kSigmas * yaw_sigma(cut) / std::numbers::sqrt2;
+  const bool turning = turn > options.contradiction_rad + std::hypot(noise, turn_of_bias(cut));
   const double limit = options.contradiction_m + kSigmas * (largest_sigma(before) + largest_sigma(after));
   if (!turning && !(way > limit)) return std::nullopt;
   return Contradiction{.one = MotionSource::Wheels,

@@ -71,6 +71,7 @@ void MotionSums::add(const ImuSample& imu) {
   if (!(dt_s > 0 && dt_s < kMotionGap_s)) return;
   const double turned = imu.angular_velocity_rad_s.z() * dt_s;
   now_.gyro_rad += turned;
+  now_.gyro_s += dt_s;
   now_.odom_T_base = now_.odom_T_base * SE2(0, 0, turned);
 }
 
@@ -202,7 +203,7 @@ std::optional<MotionSample> MotionSums::at(SensorTime stamp) const {
   for (double MotionSample::*const sum :
        {&MotionSample::commanded_m, &MotionSample::ramp_m_s, &MotionSample::commanded_rad,
         &MotionSample::ramp_rad_s, &MotionSample::wheels_m, &MotionSample::wheels_rad,
-        &MotionSample::gyro_rad, &MotionSample::path_m, &MotionSample::turned_rad})
+        &MotionSample::gyro_rad, &MotionSample::gyro_s, &MotionSample::path_m, &MotionSample::turned_rad})
     sums.*sum = a.*sum + share * (b.*sum - a.*sum);
   sums.odom_T_base = a.odom_T_base * SE2::exp(share * (a.odom_T_base.inverse() * b.odom_T_base).log());
   return sums;

@@ -42,11 +42,17 @@ double turn_noise(const Cut& cut, const MotionScales& scales) {
   return scales.sigmas * scales.turn_noise_sqrt_m * std::sqrt(std::max(0.0, cut.to.path_m - cut.from.path_m));
 }
 
+double turn_of_bias(const Cut& cut) {
+  constexpr double kBias_rad_s = 0.01;
+  const double moving_s = cut.to.moving_s - cut.from.moving_s;
+  return kBias_rad_s * std::max(0.0, cut.to.gyro_s - cut.from.gyro_s - moving_s);
+}
+
 double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
   constexpr double kGyroShare = 0.05;
   const double turned = cut.to.turned_rad - cut.from.turned_rad;
   const double noise = scales.sigmas * yaw_sigma(cut);
-  if (scales.gyro) return std::hypot(kGyroShare * turned, noise);
+  if (scales.gyro) return std::hypot(kGyroShare * turned, noise, turn_of_bias(cut));
   return std::hypot(scales.turn_share * scales.turn_scale * turned, turn_noise(cut, scales), noise);
 }
 
@@ -55,8 +61,9 @@ double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const Moti
   const Eigen::Vector2d across(-way.y(), way.x());
   constexpr double kEvenly = 0.58;  // of a random walk over the way: 1 / sqrt(3)
   const double turned = scales.turn_scale * (cut.to.turned_rad - cut.from.turned_rad);
-  const double bend =
-      scales.gyro ? 0.0 : std::hypot(scales.turn_share * turned / 2, kEvenly * turn_noise(cut, scales));
+  const double bend = scales.gyro
+                          ? turn_of_bias(cut)
+                          : std::hypot(scales.turn_share * turned / 2, kEvenly * turn_noise(cut, scales));
   const double aside = std::sqrt(std::max(0.0, cut.from.covariance(2, 2))) * direction.dot(across);
   const double noise = std::hypot(position_sigma(cut, cut.from.map_T_base.rotation() * direction), aside);
   constexpr double kHeadingShare = 0.02;  // wheels that are not aligned

@@ -21,6 +21,7 @@ struct MotionSample {
   double wheels_m = 0;       ///< along base x
   double wheels_rad = 0;     ///< turned, by odometry
   double gyro_rad = 0;       ///< turned, by the gyro
+  double gyro_s = 0;         ///< time over which that was summed, standing too
   double path_m = 0;         ///< length of the way by the wheels
   double turned_rad = 0;     ///< sum of the turns to either side
   SE2 odom_T_base{};         ///< by wheels after the learnt scale, and gyro where there is one
@@ -64,6 +65,9 @@ struct Cut {
 [[nodiscard]] double largest_sigma(const MotionSample& sample);
 /// What noise makes of the turn by odometry of a cut, in as many deviations as count [rad].
 [[nodiscard]] double turn_noise(const Cut& cut, const MotionScales& scales);
+/// What an unknown bias of the gyro makes of its turn while the robot stood or crept: time of the gyro beyond
+/// the time of motion [rad].
+[[nodiscard]] double turn_of_bias(const Cut& cut);
 /// What scale and noise make of the difference of the turns by odometry, by gyro where there is one, and by
 /// tags [rad]. Errors that are independent of each other add up as their squares, here and below.
 [[nodiscard]] double doubt_of_turn(const Cut& cut, const MotionScales& scales);
