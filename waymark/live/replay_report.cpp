@@ -44,7 +44,8 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
                                           "map. Is it the map of this place?"
                                         : "never knew where it is: no two tags of the map were seen at once";
   if (!end.reason.empty()) return stopped_where(where, end.reason);
-  return "ran out of time " + where;
+  return fmt::format("not at the end of its way after {:.0f} s of simulated time: given up {}",
+                     report.allowed_s, where);
 }
 
 namespace {

@@ -172,6 +172,15 @@ double goal_m(const Route& route, const ReplayJob& job) {
   return route.length_m * (route.closed ? job.replay.laps : 1);
 }
 
+double time_allowed_s(const Route& route, const ReplayJob& job, const RobotModel& robot) {
+  double speed_m_s = std::min(job.replay.safety.max_speed_m_s, robot.limits.speed_m_s);
+  if (job.replay.profile.speed_m_s > 0) speed_m_s = std::min(speed_m_s, job.replay.profile.speed_m_s);
+  double paused_s = 0;
+  for (const Station& station : route.stations) paused_s += station.pause_s;
+  if (route.closed) paused_s *= job.replay.laps;
+  return 60 + goal_m(route, job) / std::min(0.05, speed_m_s / 3) + 3 * paused_s;
+}
+
 ReplayJob slowed(ReplayJob job, double most_m_s) {
   job.replay.safety.max_speed_m_s = std::min(job.replay.safety.max_speed_m_s, most_m_s);
   return job;
@@ -206,12 +215,13 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
   const auto replayer = make_replayer(*loaded, setup.robot(), replayer_setup(job));
   if (!replayer) return tl::unexpected(replayer.error());
   const double goal = goal_m(loaded->route, job);
+  const double allowed_s = time_allowed_s(loaded->route, job, setup.simulated.model);
   ReplayLog log(std::move(*recorder), job.images, goal, control);
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return log.on_sample(sample); };
   listener.on_step = [&](SensorTime now, const ReplayStep& step) { return log.on_step(now, step); };
   listener.should_stop = control.cancelled;
-  const auto end = drive_replay(setup.simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal});
+  const auto end = drive_replay(setup.simulated, **replayer, listener, {.timeout_s = allowed_s});
   const Status closed = log.close();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
@@ -222,6 +232,7 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
                       .visits = log.visits(),
                       .warnings = speed_warnings(job, loaded->route, setup.simulated.model)};
   for (std::string& words : (*replayer)->problems()) report.warnings.push_back(std::move(words));
+  report.allowed_s = allowed_s;
   judge(setup, report);
   report.wall_s = watch.seconds();
   return report;

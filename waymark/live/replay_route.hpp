@@ -68,11 +68,16 @@ struct ReplayReport {
   std::optional<ReplayJudgement> judgement{};  ///< nothing when there is nothing to judge, or against
   std::vector<StationVisit> visits{};
   std::vector<std::string> warnings{};
+  double allowed_s = 0;  ///< simulated time after which it would have been given up
   double wall_s = 0;
 };
 
 /// How far a replay of the job goes along its route.
 [[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
+
+/// Simulated time after which a replay of the job is given up: three times what the asked speed and the
+/// stations take, or what 0.05 m/s takes where that is longer, and a minute.
+[[nodiscard]] double time_allowed_s(const Route& route, const ReplayJob& job, const RobotModel& robot);
 
 /// The job with a limiter that lets no more than this speed pass.
 [[nodiscard]] ReplayJob slowed(ReplayJob job, double most_m_s);
