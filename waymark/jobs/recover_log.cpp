@@ -10,10 +10,12 @@
 namespace waymark {
 namespace {
 
-/// lap.mcap becomes lap.recovered.mcap.
+/// lap.mcap becomes lap.recovered.mcap, and so does lap.
 std::string recovered_name(const std::string& file) {
   const std::filesystem::path path(file);
-  return (path.parent_path() / (path.stem().string() + ".recovered" + path.extension().string())).string();
+  const bool named = path.extension() == ".mcap" || path.extension() == ".MCAP";
+  const std::string name = (named ? path.stem() : path.filename()).string();
+  return (path.parent_path() / (name + ".recovered.mcap")).string();
 }
 
 }  // namespace

@@ -171,6 +171,7 @@ Result<Index> read_index(const ByteSource& source, const ReaderOptions& options)
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
   Result<Header> header = read_header(source, options);
+  if (!header && options.begin_may_be_lost) header = Header{};
   if (!header) return tl::unexpected(header.error());
   Index index{.header = *header, .from_summary = true};
   const std::optional<Footer> footer = read_footer(source, *size);

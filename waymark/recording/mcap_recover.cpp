@@ -19,7 +19,21 @@ class Salvage {
   Salvage(const ByteSource& source, std::unique_ptr<ByteSink> sink)
       : source_(source), output_(std::move(sink)), scan_(index_) {}
 
-  Status begin() { return output_.put(kMagic); }
+  /// `known`: what the summary says of channels, for a file whose begin is lost with theirs.
+  Status begin(const Index& known, bool begin_is_lost) {
+    Status status = output_.put(kMagic);
+    if (!begin_is_lost) return status;
+    const auto cdr = [](const auto& entry) { return entry.second.message_encoding == "cdr"; };
+    const bool ros2 = std::ranges::any_of(known.channels, cdr);
+    if (status) status = write(Header{.profile = ros2 ? "ros2" : "", .library = "waymark"});
+    for (const auto& [id, schema] : known.schemas)
+      if (status)
+        status =
+            write(Schema{.id = id, .name = schema.name, .encoding = schema.encoding, .data = {schema.data}});
+    for (const auto& [id, channel] : known.channels)
+      if (status) status = write(channel);
+    return status;
+  }
 
   Status add(const RecordView& view) {
     if (ended_) return {};
@@ -46,6 +60,13 @@ class Salvage {
   [[nodiscard]] std::uint64_t position() const { return output_.position(); }
 
  private:
+  template <class Record>
+  Status write(const Record& record) {
+    Bytes content;
+    encode_content(content, record);
+    return copy({.opcode = static_cast<std::uint8_t>(Record::kOpcode), .content = content});
+  }
+
   bool is_damaged(const RecordView& view) {
     if (!is<Attachment>(view.opcode)) return false;
     const Result<Attachment> attachment = decode_attachment(view.content, at(source_, view.offset));
@@ -117,16 +138,24 @@ std::vector<KnownRecord> known_records(const Index& index) {
   return known;
 }
 
+bool begins_with_magic(const ByteSource& source) {
+  std::uint8_t magic[sizeof(kMagic)] = {};
+  return source.read(0, magic) && std::ranges::equal(magic, kMagic);
+}
+
 }  // namespace
 
 Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sink,
                          const ReaderOptions& options) {
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
-  const Result<Index> before = read_index(source, options);
-  if (!before) return tl::unexpected(before.error());
+  ReaderOptions damaged = options;
+  damaged.begin_may_be_lost = true;
+  Result<Index> before = read_index(source, damaged);
+  if (!before) before = Index{};  // whether chunks can be found is read_stream()'s to say
   Salvage salvage(source, std::move(sink));
-  if (Status status = salvage.begin(); !status) return tl::unexpected(status.error());
+  if (Status status = salvage.begin(*before, !begins_with_magic(source)); !status)
+    return tl::unexpected(status.error());
   const Result<StreamSummary> stream = read_stream(
       source, options, [&](const RecordView& view) { return salvage.add(view); }, known_records(*before),
       !before->from_summary);

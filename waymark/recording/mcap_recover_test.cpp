@@ -139,6 +139,44 @@ TEST(McapRecover, WithoutASummaryRecoveryGoesOnAtTheNextChunk) {
   }
 }
 
+/// The first block of a file is lost, with its summary or without.
+TEST(McapRecover, AFileWhoseBeginIsLostKeepsItsChunks) {
+  const Bytes whole = some_recording(300, {.chunk_size_bytes = 1 << 15});
+  const auto index = read_index(*memory_source(whole));
+  ASSERT_GT(index->chunks.size(), 4U);
+  const std::uint64_t last = index->chunks.back().chunk_start_offset;
+  for (const bool summary : {true, false}) {
+    for (const std::uint64_t lost :
+         {std::uint64_t{4}, index->chunks[0].chunk_start_offset, index->chunks[1].chunk_start_offset}) {
+      Bytes damaged = whole;
+      if (!summary) damaged.resize(static_cast<std::size_t>(last));
+      std::fill_n(damaged.begin(), lost, std::uint8_t{0});
+      Bytes file;
+      const auto recovery = recover(*memory_source(damaged), memory_sink(file));
+      ASSERT_TRUE(recovery) << to_string(recovery.error());
+      EXPECT_FALSE(recovery->was_whole);
+      const std::size_t expected =
+          index->chunks.size() - (lost == index->chunks[1].chunk_start_offset ? 1 : 0) - (summary ? 0 : 1);
+      EXPECT_EQ(recovery->chunks, expected) << lost;
+      EXPECT_GE(recovery->lost_bytes, lost);
+      EXPECT_NE(to_string(recovery->problems.at(0)).find("does not begin with the MCAP magic"),
+                std::string::npos);
+      const auto read = read_index(*memory_source(file));
+      ASSERT_TRUE(read);
+      EXPECT_TRUE(read->problems.empty());
+      EXPECT_EQ(read->channels.size(), summary || expected + 1 == index->chunks.size() ? 1U : 0U) << lost;
+    }
+  }
+}
+
+TEST(McapRecover, WhatIsNoRecordingIsRefused) {
+  const Bytes text(5000, 'w');
+  Bytes file;
+  const auto recovery = recover(*memory_source(text), memory_sink(file));
+  ASSERT_FALSE(recovery);
+  EXPECT_NE(to_string(recovery.error()).find("not an MCAP file"), std::string::npos);
+}
+
 TEST(McapRecover, AnAttachmentWhoseChecksumIsWrongIsLeftOutAndSaid) {
   Bytes damaged;
   Result<Writer> writer = Writer::open(memory_sink(damaged), {});

@@ -104,6 +104,11 @@ Status visit_chunk(const RecordView& view, const ReaderOptions& options, Bytes& 
   return {};
 }
 
+std::optional<std::uint64_t> first_of(const std::vector<KnownRecord>& known, std::uint64_t size) {
+  if (known.empty() || known.front().offset >= size) return std::nullopt;
+  return known.front().offset;
+}
+
 bool ends_with_magic(const ByteSource& source, std::uint64_t offset, std::uint64_t size) {
   std::uint8_t magic[sizeof(kMagic)] = {};
   return size - offset == sizeof(kMagic) && source.read(offset, magic) && std::ranges::equal(magic, kMagic);
@@ -146,8 +151,14 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
                                   const std::vector<KnownRecord>& known, bool search) {
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
-  if (Status status = check_magic(source, *size); !status) return tl::unexpected(status.error());
   StreamSummary summary{.good_bytes = sizeof(kMagic)};
+  if (const Status magic = check_magic(source, *size); !magic) {  // the first block of the file is lost
+    const auto first = known.empty() && search ? find_chunk(source, 0, *size) : first_of(known, *size);
+    if (!first) return tl::unexpected(magic.error());
+    summary.problems.push_back(magic.error());
+    summary.skipped_bytes = *first;
+    summary.good_bytes = *first;
+  }
   Bytes content;
   Bytes room;
   bool footer = false;

@@ -16,6 +16,8 @@ struct ReaderOptions {
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
   /// A file up to this size is compared with its checksum when it is opened, which reads all of it.
   std::uint64_t max_checked_bytes = std::uint64_t{1} << 32;
+  /// read_index() takes the summary of a file whose first bytes are lost, too.
+  bool begin_may_be_lost = false;
   /// Told of damage that a visit passes over; unless set, damage ends the visit with its error.
   std::function<void(const Error&)> on_damage{};
 };
@@ -52,7 +54,8 @@ struct StreamSummary {
 /// one whose writer died. Fails only when it is not an MCAP file at all, or when the callback does; damage is
 /// reported in the summary. Behind a record whose length or kind is damaged it goes on at the next of
 /// `known`, the records that an index names, in order; where none is known and `search` says so, at the next
-/// bytes that look like a chunk. Memory: one record and one unpacked chunk.
+/// bytes that look like a chunk; so it begins where the file does not begin as an MCAP. Memory: one record
+/// and one unpacked chunk.
 [[nodiscard]] Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                                 const std::function<Status(const RecordView&)>& visit,
                                                 const std::vector<KnownRecord>& known = {},
