@@ -173,12 +173,12 @@ void parts(Like<MountingEstimate> auto& value, auto&& apply) {
   apply(base_T_cam, off, sigma, out, untold, scales, scales_sigma, camera, focal_scale, focal_scale_sigma);
 }
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
-  auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, rejected, left_out, odometry_scales,
-         odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
-         turns_by_gyro, without_gyro_share] = value;
-  apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, rejected, left_out, odometry_scales,
-        odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
-        turns_by_gyro, without_gyro_share);
+  auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, correlated_frames, rejected, left_out,
+         odometry_scales, odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used,
+         turn_noise, turns_by_gyro, without_gyro_share] = value;
+  apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, correlated_frames, rejected, left_out,
+        odometry_scales, odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used,
+        turn_noise, turns_by_gyro, without_gyro_share);
 }
 void parts(Like<MappedLap> auto& value, auto&& apply) {
   auto& [map, observations, trajectory, trajectory_covariance, route, frames, frames_without_pose, warnings,

@@ -168,7 +168,7 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
 
 Result<LandmarksFile> read_landmarks(const std::filesystem::path& path, std::optional<double> tag_size_m) {
   std::error_code ignored;
-  const std::filesystem::path file = std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path;
+  const std::filesystem::path file = map_file_of(path);
   const std::filesystem::path inner = path / "map" / "map.yaml";
   if (file != path && !std::filesystem::exists(file, ignored) && std::filesystem::exists(inner, ignored))
     return fail(ErrorCode::NotFound, "the folder holds no map.yaml", {.source = path.string()},

@@ -7,6 +7,7 @@
 
 #include "waymark/config/fmap_layout.hpp"
 #include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/map_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/wpilib_layout.hpp"
 #include "waymark/geometry/uncertainty.hpp"
@@ -217,8 +218,7 @@ Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
 }
 
 Result<ReadMap> read_any_map(const std::filesystem::path& path, std::optional<double> tag_size_m) {
-  std::error_code ignored;
-  const std::filesystem::path file = std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path;
+  const std::filesystem::path file = map_file_of(path);
   const Result<std::string> text = read_text_file(file, internal::kLimits.bytes);
   if (!text) return tl::unexpected(text.error());
   return parse_any_map(*text, file.string(), tag_size_m);

@@ -254,6 +254,11 @@ Result<MapFile> parse_map(std::string_view text, const std::string& source) {
   return map;
 }
 
+std::filesystem::path map_file_of(const std::filesystem::path& map_or_folder) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(map_or_folder, ignored) ? map_or_folder / "map.yaml" : map_or_folder;
+}
+
 Result<MapFile> read_map(const std::filesystem::path& path) {
   const Result<std::string> text = read_text_file(path, kMapLimits.bytes);
   if (!text) return tl::unexpected(text.error());

@@ -25,6 +25,8 @@ struct MapFile {
 /// family, a quaternion that is none, a covariance that is not 21 numbers, an anchor that is not among the
 /// tags.
 [[nodiscard]] Result<MapFile> read_map(const std::filesystem::path& path);
+/// map.yaml where a folder is given, else what is given.
+[[nodiscard]] std::filesystem::path map_file_of(const std::filesystem::path& map_or_folder);
 [[nodiscard]] Result<MapFile> parse_map(std::string_view text, const std::string& source);
 
 /// Reads back as the same map, to the last bit but for the length of the quaternions. Every number must be

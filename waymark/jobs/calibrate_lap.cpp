@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/config/calibration_file.hpp"
+#include "waymark/config/map_file.hpp"
 #include "waymark/jobs/map_steps.hpp"
 #include "waymark/jobs/robot_setup.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
@@ -51,17 +52,11 @@ void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, cons
                            *given.tag_size_m, *setup->sizes.default_size_m));
 }
 
-fs::path map_file(const LocalizeJob& job) {
-  std::error_code ignored;
-  const fs::path path(job.map);
-  return fs::is_directory(path, ignored) ? path / "map.yaml" : path;
-}
-
 /// A map that is known: its tags stand there as surely as it says, and the lap's anchor becomes one of them.
 Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                 std::optional<LapPrior>& prior) {
   if (job.map.empty()) return {};
-  Result<MapFile> map = read_map(map_file(job));
+  Result<MapFile> map = read_map(map_file_of(job.map));
   if (!map) return tl::unexpected(map.error());
   MapJob extension;
   extension.extend = std::move(*map);
@@ -113,7 +108,7 @@ bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control) {
   JobControl quiet;
   quiet.cancelled = control.cancelled;
   if (job.map.empty()) return true;
-  if (job.logs.empty() || !read_map(map_file(job))) return false;
+  if (job.logs.empty() || !read_map(map_file_of(job.map))) return false;
   const Result<RecordedLap> recorded = read_lap_files(job.logs, quiet, nullptr, job.frames);
   return recorded && !recorded->frames.empty() && !recorded->odometry.empty();
 }

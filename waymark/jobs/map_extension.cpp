@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/config/map_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/jobs/map_steps.hpp"
 #include "waymark/jobs/route_files.hpp"
@@ -54,7 +55,7 @@ Status read_extension(const std::string& extend, const std::string& route_name,
   }
   std::error_code ignored;
   const std::filesystem::path path(extend);
-  Result<MapFile> map = read_map(std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path);
+  Result<MapFile> map = read_map(map_file_of(path));
   if (!map) return tl::unexpected(map.error());
   job.extend = std::move(*map);
   job.extended_folder = std::filesystem::is_directory(path, ignored) ? path : path.parent_path();

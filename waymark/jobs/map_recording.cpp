@@ -251,6 +251,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
       {"truth_aligned", report.truth_aligned},
       {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
       {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
+      {"correlated_pictures", of_bundle([](const BundleFigures& b) { return b.correlated_frames; })},
       {"observations_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
       {"observations_rejected_by_tag",
        of_bundle([&](const BundleFigures& b) { return by_tag_and_reason(b, lap.observations); })},

@@ -37,11 +37,6 @@ bool certain(const CameraPoseEstimate& pose) {
   return sigma.position_m.maxCoeff() <= kSure_m && sigma.rotation_rad.maxCoeff() <= kSure_rad;
 }
 
-Result<MapFile> read_map_or_folder(const std::filesystem::path& given) {
-  std::error_code ignored;
-  return read_map(std::filesystem::is_directory(given, ignored) ? given / "map.yaml" : given);
-}
-
 }  // namespace
 
 int ExpectedTagCount::times_missed() const {
@@ -101,7 +96,7 @@ DoctorLine check_map_tags(const std::string& address, const std::filesystem::pat
                   "waymark doctor --camera FILE --map " + shell_word(map.string()));
   const auto camera = read_camera(calibration);
   if (!camera) return failed(to_string(camera.error()), "waymark calibrate camera --help");
-  const auto file = read_map_or_folder(map);
+  const auto file = read_map(map_file_of(map));
   if (!file) return failed(to_string(file.error()), "waymark map --help");
   DetectorOptions options{.families = families_of(file->tags)};
   for (const auto& [tag, mapped] : file->tags.tags) options.known_tags.push_back(tag);

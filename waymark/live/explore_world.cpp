@@ -28,9 +28,7 @@ constexpr double kUsualLidar_hz = 8;
 
 Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
   if (job.map.empty()) return setup.simulated.world.tags;
-  std::error_code ignored;
-  const std::filesystem::path given(job.map);
-  const auto file = read_map(std::filesystem::is_directory(given, ignored) ? given / "map.yaml" : given);
+  const auto file = read_map(map_file_of(job.map));
   if (!file) return tl::unexpected(file.error());
   return file->tags;
 }

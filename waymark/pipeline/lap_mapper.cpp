@@ -172,6 +172,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .iterations = map->summary.iterations,
                                            .rms_px = map->rms_px,
                                            .noise_ratio = map->noise_ratio,
+                                           .correlated_frames = map->correlated_frames,
                                            .rejected = map->rejected.size(),
                                            .left_out = left_out_by_tag(input, *map),
                                            .odometry_scales = map->odometry_scales,

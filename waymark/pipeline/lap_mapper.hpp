@@ -43,6 +43,7 @@ struct BundleFigures {
   int iterations = 0;
   double rms_px = 0;
   double noise_ratio = 1;
+  double correlated_frames = 1;  ///< so many pictures weigh as one: errors of corners last
   std::size_t rejected = 0;
   std::map<TagId, LeftOutCounts> left_out{};  ///< of them, those of each tag, by reason
   OdometryScales odometry_scales{};

@@ -26,10 +26,11 @@ struct ProfileOptions {
           Field{"deceleration_m_s2", "Maximum deceleration along the route.", 0.01, 20});
     visit(self.turning_rad_s,
           Field{"turning_rad_s", "Maximum yaw rate, which limits the speed in curves.", 0.05, 20});
-    visit(self.crawl_m_s, Field{"crawl_m_s",
-                                "Speed over the last centimetre before a standstill, and at least elsewhere; "
-                                "never more than speed_m_s.",
-                                0.01, 1});
+    visit(self.crawl_m_s,
+          Field{"crawl_m_s",
+                "Minimum speed of the profile, and the speed over the last centimetre before a "
+                "standstill; never more than speed_m_s.",
+                0.01, 1});
   }
 };
 

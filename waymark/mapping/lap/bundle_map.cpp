@@ -122,6 +122,15 @@ void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const Map
   result.mounting = estimate_mounting(lap, steps, told, belief);
 }
 
+/// What is left over of a tag lasts from picture to picture: so many of them weigh as one.
+void weigh_lasting_errors(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
+                          BundleMap& result) {
+  if (!options.estimate_noise) return;
+  result.correlated_frames = internal::frames_that_count_as_one(lap);
+  internal::scale_noise(lap.bundle, std::sqrt(result.correlated_frames));
+  result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, progress);
+}
+
 /// Tags of the map that is extended which the lap did not see stay.
 void keep_unseen(const LapInput& input, const LapBundle& lap, const internal::TiedPrior& tied,
                  const BundleCovariance& P, BundleMap& result) {
@@ -186,7 +195,8 @@ void read_observations(const LapInput& input, const LapBundle& lap, BundleMap& r
     const CornerTerm& term = lap.bundle.corners[i];
     if (!term.used) {
       const TagFrame& frame = input.frames[lap.observations[i].frame];
-      result.rejected.push_back({frame.stamp, frame.detections[lap.observations[i].detection].tag, chi2[i]});
+      result.rejected.push_back({frame.stamp, frame.detections[lap.observations[i].detection].tag,
+                                 chi2[i] * result.correlated_frames});
       continue;
     }
     CornerFactor plain = term.factor;
@@ -339,6 +349,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   if (result.mounting_used && !result.mounting && !stopped)
     return fail(ErrorCode::InvalidArgument, "where the camera sits was not found", {},
                 "--keep-mounting takes the robot's file at its word.");
+  weigh_lasting_errors(lap, options, stage(progress, "adjusting"), result);
   if (stopped || !progress("how sure it is", 0, 0)) return internal::stopped_on_request();
 
   const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);

@@ -59,7 +59,8 @@ struct BundleMap {
   std::vector<TagId> unconnected{};
   std::vector<TagId> unconfirmed{};  ///< no two of their observations agree: most likely misread ids
   int frames_without_pose = 0;
-  double noise_ratio = 1;  ///< corner noise found over what the detector claims
+  double noise_ratio = 1;        ///< corner noise found over what the detector claims
+  double correlated_frames = 1;  ///< so many pictures weigh as one: errors of corners last
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
   std::optional<TurnNoise> turn_noise{};       ///< of the wheels as they were recorded

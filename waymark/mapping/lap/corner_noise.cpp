@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/optimization/frame_correlation.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -51,6 +52,13 @@ double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& f
   }
   if (ratios.size() < kEnough) return 1;
   return std::sqrt(median(std::move(ratios)));
+}
+
+double frames_that_count_as_one(const LapBundle& lap) {
+  std::vector<std::size_t> frames;
+  frames.reserve(lap.observations.size());
+  for (const LapBundle::Observation& seen : lap.observations) frames.push_back(seen.frame);
+  return correlated_frames(lap.bundle, frames);
 }
 
 void scale_noise(Bundle& bundle, double ratio) {

@@ -16,6 +16,9 @@ namespace waymark::internal {
 /// to tell it by.
 [[nodiscard]] double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& freedom);
 
+/// correlated_frames() of the observations of a lap.
+[[nodiscard]] double frames_that_count_as_one(const LapBundle& lap);
+
 /// All corners are so many times less certain than they say.
 void scale_noise(Bundle& bundle, double ratio);
 

@@ -1,4 +1,4 @@
-#include "waymark/mapping/scene/frame_correlation.hpp"
+#include "waymark/mapping/optimization/frame_correlation.hpp"
 
 #include <algorithm>
 #include <map>
@@ -13,16 +13,15 @@ using Series = std::map<std::size_t, Residual>;  ///< by frame
 using AllSeries = std::map<std::pair<std::size_t, PoseIndex>, Series>;
 
 /// The residuals in use, one series for each camera and tag.
-AllSeries residuals_in_use(const SceneMap& map) {
+AllSeries residuals_in_use(const Bundle& bundle, const std::vector<std::size_t>& frames) {
   AllSeries all;
-  const Bundle& bundle = map.problem.bundle;
-  for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
     const CornerTerm& term = bundle.corners[i];
     if (!term.used) continue;
     const auto r = corner_residual(term.factor, bundle.cameras[term.camera],
                                    {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
                                     bundle.poses[term.body].value, bundle.poses[term.tag].value});
-    if (r) all[{term.camera, term.tag}].emplace(map.observations.seen[i].frame, *r);
+    if (r) all[{term.camera, term.tag}].emplace(frames[i], *r);
   }
   return all;
 }
@@ -44,8 +43,8 @@ double correlation(const AllSeries& all, std::size_t lag) {
 
 }  // namespace
 
-double correlated_frames(const SceneMap& map) {
-  const auto all = residuals_in_use(map);
+double correlated_frames(const Bundle& bundle, const std::vector<std::size_t>& frames) {
+  const auto all = residuals_in_use(bundle, frames);
   double square = 0;
   std::size_t count = 0;
   std::size_t longest = 0;

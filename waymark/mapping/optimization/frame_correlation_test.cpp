@@ -1,7 +1,8 @@
 // Successive pictures with errors that last: how many count as one.
-#include "waymark/mapping/scene/frame_correlation.hpp"
+#include "waymark/mapping/optimization/frame_correlation.hpp"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -11,12 +12,19 @@
 namespace waymark {
 namespace {
 
+struct Film {
+  Bundle bundle{};
+  std::vector<std::size_t> frames{};  ///< of each corner term
+};
+
+double counted(const Film& film) { return correlated_frames(film.bundle, film.frames); }
+
 /// One tag before a camera, whose corners have errors of a first-order process: each is `keep` times the one
 /// before and something new, and of noise of `white` of its own.
-SceneMap film_with_errors(double keep, std::size_t frames, std::uint64_t seed, double white = 0) {
+Film film_with_errors(double keep, std::size_t frames, std::uint64_t seed, double white = 0) {
   Random random(seed);
-  SceneMap map;
-  Bundle& bundle = map.problem.bundle;
+  Film film;
+  Bundle& bundle = film.bundle;
   bundle.cameras.push_back(
       CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480).value());
   const PoseIndex origin = bundle.add(SE3(), true);
@@ -33,34 +41,34 @@ SceneMap film_with_errors(double keep, std::size_t frames, std::uint64_t seed, d
       term.factor.corners_px[static_cast<std::size_t>(k)] +=
           error.segment<2>(2 * k) + white * Eigen::Vector2d(random.normal(), random.normal());
     bundle.corners.push_back(term);
-    map.observations.seen.push_back({.frame = f});
+    film.frames.push_back(f);
   }
-  return map;
+  return film;
 }
 
 TEST(CorrelatedFrames, IndependentErrorsCountOneByOne) {
-  EXPECT_NEAR(correlated_frames(film_with_errors(0, 2000, 1)), 1, 0.05);
+  EXPECT_NEAR(counted(film_with_errors(0, 2000, 1)), 1, 0.05);
 }
 
 TEST(CorrelatedFrames, ErrorsThatLastAreCountedOnce) {
   // 1 + 2 sum keep^k = (1 + keep) / (1 - keep)
-  EXPECT_NEAR(correlated_frames(film_with_errors(0.8, 4000, 2)), 9, 1.2);
-  EXPECT_NEAR(correlated_frames(film_with_errors(0.5, 4000, 3)), 3, 0.4);
+  EXPECT_NEAR(counted(film_with_errors(0.8, 4000, 2)), 9, 1.2);
+  EXPECT_NEAR(counted(film_with_errors(0.5, 4000, 3)), 3, 0.4);
 }
 
 TEST(CorrelatedFrames, ASmallPartThatLastsLongCountsToItsEnd) {
   // 1 + 2 share sum keep^k, with a share of a fifth: its correlation is below 0.05 from the seventh picture
   // on
-  EXPECT_NEAR(correlated_frames(film_with_errors(0.8, 8000, 5, 2)), 1 + 2 * 0.2 * 0.8 / 0.2, 0.25);
+  EXPECT_NEAR(counted(film_with_errors(0.8, 8000, 5, 2)), 1 + 2 * 0.2 * 0.8 / 0.2, 0.25);
 }
 
 TEST(CorrelatedFrames, AnErrorThatNeverChangesMakesOnePictureOfAll) {
-  SceneMap map = film_with_errors(0, 200, 4);
-  for (CornerTerm& term : map.problem.bundle.corners) term = map.problem.bundle.corners.front();
-  EXPECT_NEAR(correlated_frames(map), 200, 2);
+  Film film = film_with_errors(0, 200, 4);
+  for (CornerTerm& term : film.bundle.corners) term = film.bundle.corners.front();
+  EXPECT_NEAR(counted(film), 200, 2);
 }
 
-TEST(CorrelatedFrames, NothingInUseIsNoFactor) { EXPECT_EQ(correlated_frames({}), 1); }
+TEST(CorrelatedFrames, NothingInUseIsNoFactor) { EXPECT_EQ(counted({}), 1); }
 
 }  // namespace
 }  // namespace waymark

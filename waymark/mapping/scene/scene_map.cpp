@@ -6,9 +6,9 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/optimization/confirmed_observations.hpp"
+#include "waymark/mapping/optimization/frame_correlation.hpp"
 #include "waymark/mapping/optimization/kept_factor.hpp"
 #include "waymark/mapping/optimization/stopped.hpp"
-#include "waymark/mapping/scene/frame_correlation.hpp"
 #include "waymark/mapping/scene/misread_ids.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
 #include "waymark/mapping/scene/rolling_corners.hpp"
@@ -117,7 +117,9 @@ class Search {
   /// Of a video: errors last from picture to picture, and so many of them weigh as one.
   void count_correlated() {
     if (!options_.correlated_noise || !goes_on()) return;
-    map_.correlated_frames = correlated_frames(map_);
+    std::vector<std::size_t> frames;
+    for (const auto& seen : map_.observations.seen) frames.push_back(seen.frame);
+    map_.correlated_frames = correlated_frames(map_.problem.bundle, frames);
     own_noise(noise_px_);
     find(0, options_.search.max_iterations, "adjusting", kRough);
   }
