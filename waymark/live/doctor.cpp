@@ -7,9 +7,11 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/live/camera_address.hpp"
 
 namespace waymark {
@@ -70,6 +72,25 @@ std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) 
   return lines;
 }
 
+std::string words_of_flat_picture(const ImageView& image) {
+  constexpr std::size_t kEvery = 64;  // pixels: a quick look
+  constexpr double kDark = 40;
+  std::vector<double> levels;
+  for (int y = 0; y < image.height; ++y)
+    for (std::size_t x = static_cast<std::size_t>(y) % kEvery; x < static_cast<std::size_t>(image.width);
+         x += kEvery)
+      levels.push_back(image.row(y)[x]);
+  if (levels.empty()) return {};
+  const double low = quantile(levels, 0.01);
+  const double high = quantile(std::move(levels), 0.99);
+  if (high - low >= DetectorOptions{}.min_white_black_diff) return {};
+  return fmt::format(
+      "; its last picture has grey levels from {:.0f} to {:.0f} only, too little contrast for a tag: {}", low,
+      high,
+      high < kDark ? "is the lens covered, or the exposure too short?"
+                   : "is the exposure too long, or the lens before a wall?");
+}
+
 DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled) {
   DoctorLine line{.key = "camera", .words = address};
   const auto failed = [&](const Error& error) {
@@ -81,6 +102,7 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
   const auto camera = open_live_camera(address);
   if (!camera) return failed(camera.error());
   std::string said;
+  std::string flat;
   int pictures = 0;
   SensorTime first{};
   SensorTime last{};
@@ -92,6 +114,8 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
     if (const auto* text = std::get_if<RobotText>(&**event)) said += "; " + text->text;
     if (const auto* sample = std::get_if<Sample>(&**event)) {
       last = stamp_of(*sample);
+      if (const auto* frame = std::get_if<CameraFrame>(sample))
+        flat = words_of_flat_picture(frame->image.view());
       if (pictures++ == 0) {
         first = last;
         end = steady_now() + kLook;
@@ -99,6 +123,7 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
     }
   }
   const bool silent = pictures < 2;
+  if (!silent) said += flat;
   const bool warns = silent || !said.empty();
   line.level = silent ? DoctorLevel::Fail : warns ? DoctorLevel::Warn : DoctorLevel::Ok;
   line.words = (*camera)->description() +
@@ -106,7 +131,7 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
                        : fmt::format(" delivers {:.1f} pictures a second",
                                      (pictures - 1) / to_seconds(last - first))) +
                said;
-  if (warns) line.command = "waymark detect " + address + " --view";
+  if (warns) line.command = "waymark detect " + shell_word(address) + " --view";
   return line;
 }
 

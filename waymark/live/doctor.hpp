@@ -29,8 +29,12 @@ struct DoctorLine {
 /// One line a device; a warning where there is none.
 [[nodiscard]] std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices);
 
-/// Opens the camera of an address and takes pictures for a second: whether they come, at which rate, and what
-/// the driver says of them.
+/// What is wrong with a picture in which no two grey levels differ as a tag's do, behind a semicolon; empty
+/// where they do.
+[[nodiscard]] std::string words_of_flat_picture(const ImageView& image);
+
+/// Opens the camera of an address and takes pictures for a second: whether they come, at which rate, what the
+/// driver says of them, and whether they have contrast.
 [[nodiscard]] DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled);
 
 /// Whether the file calibrates a camera, what it could not determine, and how old it is; `now`: the clock of

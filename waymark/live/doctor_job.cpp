@@ -38,7 +38,9 @@ Result<DoctorLine> processor_line(const LoopTrial& trial, const DoctorCancelled&
 }  // namespace
 
 Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCancelled& cancelled) {
-  std::vector<DoctorLine> lines = check_cameras(list_cameras());
+  std::vector<DoctorLine> lines;
+  const std::vector<CameraDevice> cameras = list_cameras();
+  if (!cameras.empty() || job.sources.empty()) lines = check_cameras(cameras);
   if (!job.robot.empty()) {
     auto found = check_robot(job.robot, cancelled);
     if (!found) return tl::unexpected(found.error());

@@ -1,5 +1,6 @@
 #include "waymark/live/doctor.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 
@@ -41,6 +42,17 @@ TEST(Doctor, SaysWhatOfEachCameraIsWrong) {
   EXPECT_EQ(lines[2].level, DoctorLevel::Fail);
   EXPECT_THAT(lines[2].command, HasSubstr("usermod"));
   EXPECT_EQ(lines[3].level, DoctorLevel::Fail);
+}
+
+TEST(Doctor, ABlackPictureAndAWhiteOneAreNamed) {
+  Image image(640, 480);
+  for (int y = 0; y < image.height(); ++y) std::fill_n(image.row(y), image.width(), std::uint8_t{9});
+  EXPECT_THAT(words_of_flat_picture(image.view()), HasSubstr("lens covered"));
+  for (int y = 0; y < image.height(); ++y) std::fill_n(image.row(y), image.width(), std::uint8_t{252});
+  EXPECT_THAT(words_of_flat_picture(image.view()), HasSubstr("exposure too long"));
+  for (int y = 100; y < 200; ++y) std::fill_n(image.row(y), image.width() / 2, std::uint8_t{60});
+  EXPECT_EQ(words_of_flat_picture(image.view()), "");
+  EXPECT_EQ(words_of_flat_picture(ImageView{}), "");
 }
 
 TEST(Doctor, LooksAtAgeAndVerdictOfACalibration) {

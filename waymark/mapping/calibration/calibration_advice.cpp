@@ -19,11 +19,11 @@ void advise_regions(const CameraCalibration& found, std::vector<std::string>& ad
   for (std::size_t i = 0; i < found.regions.size(); ++i) {
     const ImageRegion& region = found.regions[i];
     if (region.corners < kFewCorners) empty.emplace_back(kRegionNames[i]);
-    if (region.corners >= kFewCorners && region.rms_px > kMuchWorse * found.rms_px)
+    if (region.corners >= kFewCorners && region.noise_scale > kMuchWorse * found.noise_scale)
       advice.push_back(
           fmt::format("The {} of the image fits {:.1f} times worse than the whole: the lens bends "
                       "light there as this model cannot.",
-                      kRegionNames[i], region.rms_px / found.rms_px));
+                      kRegionNames[i], region.noise_scale / found.noise_scale));
   }
   if (!empty.empty())
     advice.push_back(fmt::format(

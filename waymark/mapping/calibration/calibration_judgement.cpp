@@ -61,12 +61,21 @@ CalibratedView summary_of(const TargetView& view, const CameraModel& camera) {
 
 std::array<ImageRegion, 9> regions_of(const std::vector<TargetView>& views, const CameraModel& camera) {
   std::array<std::vector<double>, 9> squares;
-  for (const TargetView& view : views)
+  std::array<std::vector<double>, 9> chi2;  // of a coordinate
+  for (const TargetView& view : views) {
     for_each_corner(view, camera, [&](const Eigen::Vector2d& seen, const Eigen::Vector2d& px) {
       squares.at(internal::ninth_of(seen, camera)).push_back((px - seen).squaredNorm());
     });
+    for (const ViewMark& mark : view.marks) {
+      const auto of_mark = mark.used ? mark_chi2(mark, view, camera) : std::nullopt;
+      for (std::size_t i = 0; of_mark && i < mark.seen.seen_px.size(); ++i)
+        chi2.at(internal::ninth_of(mark.seen.seen_px[i], camera))
+            .push_back(*of_mark / static_cast<double>(mark.numbers()));
+    }
+  }
   std::array<ImageRegion, 9> regions;
-  for (std::size_t i = 0; i < regions.size(); ++i) regions[i] = {squares[i].size(), root_mean(squares[i])};
+  for (std::size_t i = 0; i < regions.size(); ++i)
+    regions[i] = {squares[i].size(), root_mean(squares[i]), root_mean(chi2[i])};
   return regions;
 }
 

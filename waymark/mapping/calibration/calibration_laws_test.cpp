@@ -195,7 +195,7 @@ CameraCalibration good() {
   found.parameters = Eigen::Vector4d(500, 500, 320, 240);
   found.covariance = Eigen::Matrix4d::Identity();
   found.views.assign(12, {.marks = 50, .tilt_deg = 30});
-  for (ImageRegion& region : found.regions) region = {.corners = 60, .rms_px = 0.1};
+  for (ImageRegion& region : found.regions) region = {.corners = 60, .rms_px = 0.1, .noise_scale = 1};
   return found;
 }
 
@@ -216,9 +216,12 @@ TEST(CalibrationAdvice, NamesEachThingThatIsMissing) {
   corner.regions[8] = {};
   EXPECT_THAT(internal::calibration_advice(corner), Contains(HasSubstr("image: top left, bottom right.")));
   CameraCalibration bent = good();
-  bent.regions[2].rms_px = 0.25;
+  bent.regions[2].noise_scale = 2.5;
   EXPECT_THAT(internal::calibration_advice(bent),
               Contains(HasSubstr("The top right of the image fits 2.5 times worse")));
+  CameraCalibration blurred = good();  // corners that are as uncertain as they say
+  blurred.regions[2].rms_px = 0.25;
+  EXPECT_THAT(internal::calibration_advice(blurred), IsEmpty());
   CameraCalibration vague = good();
   vague.covariance(0, 0) = 25;
   EXPECT_THAT(internal::calibration_advice(vague), Contains(HasSubstr("known to 1.0 % only")));

@@ -47,6 +47,7 @@ struct CameraCalibrationOptions {
 struct ImageRegion {
   std::size_t corners = 0;
   double rms_px = 0;
+  double noise_scale = 0;  ///< residuals over what the corners' covariances promised
 };
 
 /// What became of one picture.
