@@ -11,7 +11,7 @@ namespace {
 
 TEST(DetectorOptions, EveryFieldIsNamedOnce) {
   const std::vector<std::string> names = field_names<DetectorOptions>();
-  EXPECT_EQ(names.size(), 12U);
+  EXPECT_EQ(names.size(), 11U);
   EXPECT_EQ(std::count(names.begin(), names.end(), "quad_decimate"), 1);
 }
 
