@@ -4,10 +4,30 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
 
 #include "waymark/geometry/so3.hpp"
 
 namespace waymark {
+
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// Of a tag, given the tag it is tied to: the Schur complement of their joint covariance.
+Matrix6 own_covariance(const TagMap& map, const MappedTag& tag) {
+  const MappedTag* other = tag.tie ? map.find(tag.tie->to) : nullptr;
+  if (other == nullptr || !other->covariance) return *tag.covariance;
+  const Matrix6& C = tag.tie->covariance;
+  const Eigen::CompleteOrthogonalDecomposition<Matrix6> of_other(*other->covariance);
+  const Matrix6 own = *tag.covariance - C * of_other.solve(C.transpose());
+  const Matrix6 symmetric = (own + own.transpose()) / 2;
+  const bool positive = Eigen::LLT<Matrix6>(symmetric).info() == Eigen::Success;
+  return positive ? symmetric : *tag.covariance;
+}
+
+}  // namespace
 
 void Landmarks::add(const Landmark& landmark) {
   by_number_.emplace(landmark.tag.number, size());
@@ -16,16 +36,17 @@ void Landmarks::add(const Landmark& landmark) {
 
 Landmarks::Landmarks(const TagMap& map) {
   const SE3 floor_T_map = map_T_floor(map.floor).inverse();
-  Eigen::Matrix<double, 6, 6> floor_R_map = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6 floor_R_map = Matrix6::Zero();
   floor_R_map.topLeftCorner<3, 3>() = floor_R_map.bottomRightCorner<3, 3>() = floor_T_map.rotation().matrix();
   for (const auto& [id, tag] : map.tags) {
     Landmark landmark{.tag = id, .map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
     if (tag.covariance) {
       // The map writes a motion of the whole frame; here the tag turns about its own centre.
-      Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+      Matrix6 J = Matrix6::Identity();
       J.topRightCorner<3, 3>() = -SO3::hat(tag.map_T_tag.translation());
-      const Eigen::Matrix<double, 6, 6> J_floor = floor_R_map * J;
+      const Matrix6 J_floor = floor_R_map * J;
       landmark.covariance = J_floor * *tag.covariance * J_floor.transpose();
+      landmark.own_covariance = J_floor * own_covariance(map, tag) * J_floor.transpose();
     }
     add(landmark);
   }

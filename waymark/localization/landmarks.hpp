@@ -20,6 +20,9 @@ struct Landmark {
   double size_m = 0;         ///< 0: not known
   /// Of (place in map axes [m], turn about its own centre in map axes [rad]).
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  /// The same where the place of the tag that tells most of this one is known: of errors that the two do not
+  /// have in common. As `covariance` where the map does not say.
+  Eigen::Matrix<double, 6, 6> own_covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 /// A point of a map without directions: number, x, y.

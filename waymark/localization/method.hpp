@@ -41,7 +41,7 @@ struct NisRecord {
 struct TagFix {
   SensorTime stamp{};
   SE2 map_T_base{};
-  /// Of (x, y, yaw) in ordinary map coordinates [m, rad].
+  /// Of (x, y, yaw) in ordinary map coordinates [m, rad], without the errors that tags around share.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   int tags = 0;
 };

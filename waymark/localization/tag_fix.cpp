@@ -22,12 +22,13 @@ struct Normal {
   int tags = 0;
 };
 
-/// Adds one tag at a pose, weighted by its residual: with the lasting errors of its place in the map, and
-/// with a tilt of the robot, which turns the camera about the base.
+/// Adds one tag at a pose, weighted by its residual: with the lasting errors of its place in the map that it
+/// does not share with its neighbours (a fix is held against another of a moment ago), and with a tilt of the
+/// robot, which turns the camera about the base.
 void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& options, Normal& sum) {
   const double m2 = options.tag_sigma_m * options.tag_sigma_m;
   const double rad2 = options.tag_sigma_rad * options.tag_sigma_rad;
-  Eigen::Matrix<double, 6, 6> P = landmark.covariance;
+  Eigen::Matrix<double, 6, 6> P = landmark.own_covariance;
   P.diagonal() += (Eigen::Matrix<double, 6, 1>() << m2, m2, m2, rad2, rad2, rad2).finished();
   const Eigen::Matrix<double, 6, 8> PH = P.lazyProduct(z.H_tag.transpose());
   Eigen::Matrix<double, 8, 8> S = z.H_tag.lazyProduct(PH);
