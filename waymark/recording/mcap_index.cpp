@@ -89,12 +89,13 @@ Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& opt
   Index index{.header = std::move(header)};
   Scan scan(index);
   bool in_data = true;
-  Result<StreamSummary> stream = read_stream(source, options, [&](const RecordView& view) {
+  const auto visit = [&](const RecordView& view) {
     // What stands behind the data repeats it, and could not be trusted: that is why it is scanned.
     in_data = in_data && !is<DataEnd>(view.opcode);
     if (in_data) scan.add(view);
     return Status{};
-  });
+  };
+  Result<StreamSummary> stream = read_stream(source, options, visit, {}, true);
   if (!stream) return tl::unexpected(stream.error());
   index.problems.insert(index.problems.end(), stream->problems.begin(), stream->problems.end());
   scan.finish();

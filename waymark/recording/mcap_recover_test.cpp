@@ -169,6 +169,25 @@ TEST(McapRecover, AFileWhoseBeginIsLostKeepsItsChunks) {
   }
 }
 
+/// Its writer died, and bytes in the middle are missing: a reader finds what recovery finds.
+TEST(McapRecover, AReaderGoesOnBehindBytesThatAreMissing) {
+  const Bytes whole = some_recording(300, {.chunk_size_bytes = 1 << 15});
+  const auto index = read_index(*memory_source(whole));
+  Bytes damaged(whole.begin(),
+                whole.begin() + static_cast<std::ptrdiff_t>(index->chunks.back().chunk_start_offset));
+  const auto from = damaged.begin() + static_cast<std::ptrdiff_t>(index->chunks[1].chunk_start_offset + 50);
+  damaged.erase(from, from + 1000);
+  Bytes file;
+  const auto recovery = recover(*memory_source(damaged), memory_sink(file));
+  ASSERT_TRUE(recovery);
+  const auto read = read_index(*memory_source(damaged));
+  ASSERT_TRUE(read);
+  EXPECT_FALSE(read->problems.empty());
+  EXPECT_EQ(read->chunks.size(), recovery->chunks);
+  EXPECT_EQ(read->chunks.size(), index->chunks.size() - 2);
+  EXPECT_EQ(read->statistics.message_count, recovery->messages);
+}
+
 TEST(McapRecover, WhatIsNoRecordingIsRefused) {
   const Bytes text(5000, 'w');
   Bytes file;
