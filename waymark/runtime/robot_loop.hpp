@@ -56,6 +56,8 @@ struct RobotLoopOptions {
   Duration period = std::chrono::milliseconds(50);   ///< between decisions, in real time
   Duration resend = std::chrono::milliseconds(100);  ///< after which an answer in lockstep counts as lost
   double timeout_s = std::numeric_limits<double>::infinity();
+  /// In real time: a robot that has sent no sensor sample for so long fails the drive.
+  double first_sample_s = 15;
   /// Somebody else drives: nothing is sent to the robot, neither zero, and what is decided is not a sample.
   bool listen_only = false;
 };

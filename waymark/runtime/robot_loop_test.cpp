@@ -283,6 +283,15 @@ TEST(RobotLoop, ASilentRobotIsStillDecidedFor) {
   for (const Duration most : robot.waited()) EXPECT_LE(most, milliseconds(50));
 }
 
+TEST(RobotLoop, ARobotThatSendsNothingFailsTheDrive) {
+  FakeRobot robot;
+  Driver driver{.decisions = 1000};
+  const auto end = RobotLoop(robot, robot, robot.pacing(false)).drive(driver.listener());
+  ASSERT_FALSE(end);
+  EXPECT_NE(to_string(end.error()).find("no sensor sample in 15 s"), std::string::npos);
+  EXPECT_EQ(robot.commands.back(), VelocityCommand{});
+}
+
 TEST(RobotLoop, EveryEndIsAZero) {
   for (const bool lockstep : {false, true}) {
     FakeRobot robot;
