@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <system_error>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/config/calibration_file.hpp"
@@ -73,7 +75,8 @@ std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) 
 }
 
 std::string words_of_flat_picture(const ImageView& image) {
-  constexpr std::size_t kEvery = 64;  // pixels: a quick look
+  constexpr std::size_t kEvery = 4;  // pixels: a quick look
+  constexpr double kFew = 0.0005;    // pixels that say nothing
   constexpr double kDark = 40;
   std::vector<double> levels;
   for (int y = 0; y < image.height; ++y)
@@ -81,8 +84,8 @@ std::string words_of_flat_picture(const ImageView& image) {
          x += kEvery)
       levels.push_back(image.row(y)[x]);
   if (levels.empty()) return {};
-  const double low = quantile(levels, 0.01);
-  const double high = quantile(std::move(levels), 0.99);
+  const double low = quantile(levels, kFew);
+  const double high = quantile(std::move(levels), 1 - kFew);
   if (high - low >= DetectorOptions{}.min_white_black_diff) return {};
   return fmt::format(
       "; its last picture has grey levels from {:.0f} to {:.0f} only, too little contrast for a tag: {}", low,
@@ -164,6 +167,14 @@ DoctorLine check_calibration(const std::filesystem::path& path, std::filesystem:
 
 DoctorLine check_disk(const std::filesystem::path& folder) {
   std::error_code error;
+  if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
+    return {"disk", DoctorLevel::Fail, fmt::format("{}: this is no folder", folder.string()),
+            "ls -ld " + shell_word(folder.string())};
+  if (std::filesystem::exists(folder, error) && access(folder.c_str(), W_OK) != 0)
+    return {"disk", DoctorLevel::Fail,
+            fmt::format("{}: nothing can be written there: {}", folder.string(),
+                        std::generic_category().message(errno)),
+            "ls -ld " + shell_word(folder.string())};
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
   if (!error) return check_disk(folder, space.available);
   return {"disk", DoctorLevel::Fail, fmt::format("{}: {}", folder.string(), error.message()), "df -h"};

@@ -93,7 +93,8 @@ DoctorLine check_map_tags(const std::string& address, const std::filesystem::pat
                           const std::filesystem::path& map, const DoctorCancelled& cancelled) {
   if (calibration.empty())
     return failed("tags of a map can only be expected with the camera's calibration",
-                  "waymark doctor --camera FILE --map " + shell_word(map.string()));
+                  fmt::format("waymark doctor --camera FILE --camera-source {} --map {}", shell_word(address),
+                              shell_word(map.string())));
   const auto camera = read_camera(calibration);
   if (!camera) return failed(to_string(camera.error()), "waymark calibrate camera --help");
   const auto file = read_map(map_file_of(map));

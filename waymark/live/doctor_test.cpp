@@ -122,6 +122,7 @@ TEST(Doctor, JudgesDiskAndProcessor) {
   EXPECT_EQ(check_disk(".", 1'000'000'000).level, DoctorLevel::Warn);
   EXPECT_EQ(check_disk(".", 1'000'000).level, DoctorLevel::Fail);
   EXPECT_EQ(check_disk("/nowhere").level, DoctorLevel::Fail);
+  EXPECT_THAT(check_disk("/dev/null").words, HasSubstr("no folder"));
   EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 0, .share = 0.2}).level, DoctorLevel::Ok);
   EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 1, .share = 0.7}).level, DoctorLevel::Warn);
   EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 20, .share = 0.7}).level, DoctorLevel::Fail);

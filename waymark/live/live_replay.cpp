@@ -67,7 +67,7 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
   const Stopwatch watch;
   const Result<ReplayFiles> files = load_replay(job, control);
   if (!files) return tl::unexpected(files.error());
-  if (Status laps = check_laps(job, files->route); !laps) return tl::unexpected(laps.error());
+  if (Status laps = check_drive(job, files->route); !laps) return tl::unexpected(laps.error());
   PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Replaying);
   const auto robot = LiveRobot::open(as_known(setup, files->map), control);
   if (!robot) return tl::unexpected(robot.error());

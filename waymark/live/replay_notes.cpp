@@ -27,9 +27,8 @@ ros2::DiagnosticArray message_of(SensorTime now, const ReplayStep& step) {
 
 void ReplayNotes::note_station(SensorTime now, const ReplayStep& step) {
   if (last_ == ReplayState::AtStation) {
-    StationVisit& visit = visits_.back();
-    visit.stood_s = to_seconds(now - visit.arrived);
-    if (step.state != ReplayState::Stopped) control_.note(fmt::format("goes on from '{}'", visit.name));
+    if (step.state != ReplayState::Stopped)
+      control_.note(fmt::format("goes on from '{}'", visits_.back().name));
   }
   if (step.state != ReplayState::AtStation) return;
   const Station& station = *step.station;
@@ -40,6 +39,7 @@ void ReplayNotes::note_station(SensorTime now, const ReplayStep& step) {
 
 Status ReplayNotes::add(SensorTime now, const ReplayStep& step, SampleRecorder* recorder) {
   const std::string station = step.station ? step.station->name : std::string();
+  if (last_ == ReplayState::AtStation) visits_.back().stood_s = to_seconds(now - visits_.back().arrived);
   if (last_ == step.state && station == last_station_) return {};
   note_station(now, step);
   last_ = step.state;

@@ -108,7 +108,13 @@ Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control)
   return ReplayFiles{std::move(*folder), std::move(*taught)};
 }
 
-Status check_laps(const ReplayJob& job, const Route& route) {
+Status check_drive(const ReplayJob& job, const Route& route) {
+  constexpr double kSlowest_m_s = 0.005;  // slower, a robot that drives cannot be told from one that stands
+  const double speed_m_s = job.replay.profile.speed_m_s;
+  if (speed_m_s > 0 && speed_m_s < kSlowest_m_s)
+    return fail(ErrorCode::InvalidArgument, fmt::format("{:g} m/s are too slow to drive a route", speed_m_s),
+                {.key = "--speed-m-s"},
+                fmt::format("Give {:g} or more, or 0 for the speed that the route states.", kSlowest_m_s));
   if (route.closed || job.replay.laps == 1) return {};
   return fail(ErrorCode::InvalidArgument, "the route is open: it is driven once, from its start to its end",
               {.key = "--laps"}, "Leave --laps out, or teach a lap that comes back to its start.");
@@ -209,7 +215,7 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
   const Stopwatch watch;
   const Result<ReplayFiles> loaded = load_replay(job, control);
   if (!loaded) return tl::unexpected(loaded.error());
-  if (Status laps = check_laps(job, loaded->route); !laps) return tl::unexpected(laps.error());
+  if (Status laps = check_drive(job, loaded->route); !laps) return tl::unexpected(laps.error());
   Result<std::optional<SampleRecorder>> recorder = record_replay(setup, job);
   if (!recorder) return tl::unexpected(recorder.error());
   const auto replayer = make_replayer(*loaded, setup.robot(), replayer_setup(job));

@@ -55,8 +55,9 @@ struct ReplayFiles : MapFolder {
 
 /// Reads the folder of the job; fails in words.
 [[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control);
-/// Fails when several laps, or a part of one, are asked for on an open route.
-[[nodiscard]] Status check_laps(const ReplayJob& job, const Route& route);
+/// Fails when several laps, or a part of one, are asked for on an open route, and on a speed that is too slow
+/// to be told from standing.
+[[nodiscard]] Status check_drive(const ReplayJob& job, const Route& route);
 /// How the job drives a robot.
 [[nodiscard]] ReplayerSetup replayer_setup(const ReplayJob& job);
 

@@ -127,10 +127,10 @@ TEST_F(ReplayRoute, SeveralLapsNeedAClosedRoute) {
   ASSERT_TRUE(files) << to_string(files.error());
   Route open = files->route;
   open.closed = false;
-  EXPECT_TRUE(check_laps(job, open));
+  EXPECT_TRUE(check_drive(job, open));
   job.replay.laps = 2;
-  EXPECT_TRUE(check_laps(job, files->route));
-  EXPECT_FALSE(check_laps(job, open));
+  EXPECT_TRUE(check_drive(job, files->route));
+  EXPECT_FALSE(check_drive(job, open));
   EXPECT_NEAR(goal_m(files->route, job), 2 * goal_m(files->route, {.folder = job.folder}), 1e-9);
 }
 

@@ -29,6 +29,9 @@ void StationStops::begin(double way_m) {
   standing_ = false;
   const double from_m = way_m - kSamePlace_m;
   aim(served_way_m_ ? std::max(from_m, *served_way_m_ + kBeyond_m) : from_m);
+  // What lies where a closed route begins is where its laps end, and served there.
+  const bool at_seam = closed_ && !served_way_m_ && next_way_m_ && *next_way_m_ < kBeyond_m;
+  if (at_seam) aim(kBeyond_m);
 }
 
 void StationStops::arrive(double way_m, double within_m) {

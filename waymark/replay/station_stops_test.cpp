@@ -47,6 +47,14 @@ TEST(StationStops, EachIsServedOnceAPass) {
   EXPECT_TRUE(served(StationStops(route_with({}, true)), 0, 25).empty());
 }
 
+TEST(StationStops, WhereALapEndsIsServedOnceALap) {
+  for (const double arc_m : {0.0, 9.95, 10.0}) {
+    const StationStops stops(route_with({{"end", arc_m, 0.45}}, true));
+    EXPECT_EQ(served(stops, 0, 10.5), (std::vector<std::string>{"end 5"})) << arc_m;
+    EXPECT_EQ(served(stops, 0, 30.5).size(), 3U) << arc_m;
+  }
+}
+
 TEST(StationStops, TheWayToTheNextOneIsKnown) {
   StationStops stops(route_with({{"shelf", 3, 1}}, false));
   EXPECT_TRUE(std::isinf(StationStops().left_m(0)));
