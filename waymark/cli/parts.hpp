@@ -13,6 +13,7 @@
 #include "waymark/cli/failure.hpp"
 #include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/job_flags.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
