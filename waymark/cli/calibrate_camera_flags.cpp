@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/cli/flags.hpp"
+#include "waymark/cli/job_flags.hpp"
 #include "waymark/live/calibrate_guided.hpp"
 
 namespace waymark::cli {
@@ -77,53 +77,6 @@ Status check_sources(const CalibrateCameraArgs& args) {
   return fail(ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected");
 }
 
-void add_target_flags(CLI::App& app, TargetDescription& target) {
-  add_option(app, "--target NAME", target.kind,
-             "What is photographed: tags (`waymark tags board --style separate`), chessboard, charuco or "
-             "aprilgrid (Kalibr's)",
-             one_of({"tags", "chessboard", "charuco", "aprilgrid"}), kShown);
-  add_option(app, "--cols INTEGER", target.columns,
-             "Tags in a row of the board; of a chessboard or ChArUco board the squares, not their corners");
-  add_option(
-      app, "--rows INTEGER", target.rows,
-      "Tags in a column of the board; of a chessboard or ChArUco board the squares, not their corners");
-  add_option(app, "--tag-size-m NUMBER", target.tag_size_m,
-             "Side of the black square of a tag, measured on the print");
-  add_option(app, "--spacing NUMBER", target.spacing, "Gap between two tags, as a share of their size",
-             kShown);
-  add_option(app, "--first-id INTEGER", target.first_id,
-             "Number of the lower left tag, or of the first marker", kShown, kMore);
-  add_option(app, "--square-size-m NUMBER", target.square_size_m,
-             "Side of a square of a chessboard or ChArUco board, measured on the print");
-  add_option(app, "--marker-size-m NUMBER", target.marker_size_m,
-             "Side of the black square of a ChArUco board's marker, measured on the print");
-  add_option(app, "--dictionary NAME", target.dictionary,
-             "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000",
-             kShown);
-  add_flag(
-      app, "--legacy-pattern", target.legacy_pattern,
-      "A ChArUco board as OpenCV drew it before 4.6: with an even number of rows its upper left square is "
-      "white",
-      kMore);
-  add_option(app, "--map FILE", target.map, "Instead of a board: a map of tags whose places are known well");
-}
-
-void add_output_flags(CLI::App& app, CalibrateCameraJob& job, bool& json) {
-  add_option(
-      app, "-o,--output FILE", job.output,
-      "Calibration to write: ours (.yaml, with the standard deviations), PhotonVision's (.json), or as "
-      "--format says");
-  add_option(
-      app, "--format NAME", job.format,
-      "Format of --output: waymark, ros (camera_info), kalibr (camchain), photonvision (JSON, with all "
-      "corners) or opencv (YAML of FileStorage)",
-      one_of(calibration_formats()));
-  add_option(app, "--camera-info FILE", job.camera_info,
-             "Calibration file to write in the format of ROS camera_info", kMore);
-  add_flag(app, "--force", job.force, "Replace a file that is there", kMore);
-  add_flag(app, "--json", json, "One JSON object instead of tables");
-}
-
 }  // namespace
 
 CalibrateCameraArgs::CalibrateCameraArgs(CLI::App& verb)
@@ -142,21 +95,9 @@ CalibrateCameraArgs::CalibrateCameraArgs(CLI::App& verb)
       "Folder in which a guided calibration keeps its views as pictures, and goes on from those there");
   add_flags(verb, page,
             verb.add_flag("--view", view, "Show a live camera in the browser, with what is missing"));
-  add_option(
-      verb, "SOURCE", job.sources,
-      "Pictures of the board: files, folders, quoted patterns, recordings, videos; or a live camera such "
-      "as v4l2:/dev/video0");
-  add_option(
-      verb, "--detections FILE", job.detections,
-      "Use this output of `waymark detect --json --covariance` instead of pictures; - is standard input",
-      kMore);
-  add_flag(verb, "--recursive", job.recursive, "Search folders for pictures recursively", kMore);
-  add_target_flags(verb, job.target);
-  add_option(verb, "--lens NAME", job.lens,
-             "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of those that the "
-             "output's format holds the simplest whose cross-validation error is as low as the best)",
-             one_of({"auto", "none", "radtan4", "radtan5", "rational8", "equidistant"}), kShown);
-  add_output_flags(verb, job, json);
+  add_fields(verb, job);
+  verb.get_option("--format")->check(CLI::IsMember(calibration_formats()));
+  verb.add_flag("--json", json, "One JSON object instead of tables");
 }
 
 Status CalibrateCameraArgs::check(bool live) const {

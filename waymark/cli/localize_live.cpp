@@ -4,7 +4,6 @@
 
 #include "waymark/base/counted.hpp"
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/jobs/localize_text.hpp"
 #include "waymark/jobs/localize_video.hpp"
@@ -100,38 +99,6 @@ ExitCode localize_a_video(const LocalizeLiveFlags& flags, const LocalizeJob& job
   console.say(
       fmt::format("{}, the place known in {}", counted(report->video.pictures, "picture"), report->known));
   return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
-}
-
-void LocalizeLiveFlags::add_to(CLI::App& app) {
-  add_option(app, "--robot-file NAME", robot_file,
-             std::string("With --robot KIND:ADDRESS: body and camera of the robot: ") + kRobotNames +
-                 ". Unless given: robot.yaml beside the map, or as the kind says");
-  add_option(app, "--camera FILE", camera.file,
-             "Calibration of a camera without a robot: live, of a video or of its recording "
-             "(calibration.yaml, ROS camera_info, "
-             "kalibr YAML or JSON of PhotonVision)");
-  add_camera_details(app, camera);
-  add_option(
-      app, "--readout-ms NUMBER", camera.readout_ms,
-      "Time from the first row to the last of the rolling shutter of a video, in milliseconds; negative "
-      "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
-      between(-200.0, 200.0), kMore);
-  add_option(app, "--duration-s NUMBER", duration_s,
-             "With a robot or a live camera: end after so many seconds. Unless given: at Ctrl-C",
-             between(0.01, 1e6));
-  add_option(app, "--every-s NUMBER", every_s,
-             "With a robot, a live camera or a video: time between the lines that are printed", kShown,
-             between(0.01, 1e6), kMore);
-  add_option(
-      app, "--record-images HOW", images,
-      "With -o and a robot or a live camera: also record the pictures: jpeg, or raw, ten times as large",
-      one_of({"jpeg", "raw"}), kMore);
-  add_option(app, "--camera-source ADDRESS", camera_sources,
-             "Camera of this computer that gives the pictures of a robot which sends none: v4l2:/dev/video0, "
-             "or NAME=ADDRESS where the robot's file names several",
-             kMore);
-  add_picture_settings(app, pictures);
-  add_flags(app, view);
 }
 
 Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job) {

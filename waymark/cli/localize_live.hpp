@@ -5,10 +5,8 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/page_flags.hpp"
-#include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/localize_log.hpp"
 #include "waymark/live/localize_kind.hpp"
-#include "waymark/live/robot_setup.hpp"
 
 namespace CLI {
 class App;
@@ -16,19 +14,9 @@ class App;
 
 namespace waymark::cli {
 
-/// The flags of `waymark localize` for a robot, a camera or a video, instead of a recording. Must stay
-/// where they are while the command line is parsed.
-struct LocalizeLiveFlags {
-  std::string robot_file{};
-  std::vector<std::string> camera_sources{};
-  CameraDescription camera{};  ///< without a robot
-  PictureSettings pictures{};
-  std::string images{};
-  double duration_s = 0;  ///< 0: until somebody ends it
-  double every_s = 1;
+/// What is said of a robot, a camera or a video, and who watches.
+struct LocalizeLiveFlags : LocalizeLive {
   ViewerOptions view{};
-
-  void add_to(CLI::App& app);
 };
 
 /// What is localised. Fails on flags that do not go with it.

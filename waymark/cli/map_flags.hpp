@@ -4,22 +4,16 @@
 
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/parts.hpp"
-#include "waymark/jobs/map_description.hpp"
-#include "waymark/jobs/map_scene.hpp"
 #include "waymark/jobs/map_text.hpp"
+#include "waymark/jobs/map_words.hpp"
 
 namespace waymark::cli {
 
 /// The flags of `waymark map`. Must stay where it is while the command line is parsed.
-struct MapArgs {
+struct MapArgs : MapWords {
   explicit MapArgs(CLI::App& verb);
 
   Settings settings;
-  MapJob job{};
-  MapDescription of{};
-  MapSceneJob scene{};
-  std::string model = "waymark";
-  bool free_intrinsics = false;
   bool json = false;
   OptionFlags<BundleMapOptions> bundle;
   OptionFlags<ChainOptions> chain;

@@ -1,7 +1,7 @@
 #include "waymark/cli/map_video_flags.hpp"
 
+#include "waymark/cli/job_flags.hpp"
 #include "waymark/cli/map_flags.hpp"
-#include "waymark/cli/pose_flags.hpp"
 #include "waymark/jobs/camera_tags.hpp"
 
 namespace waymark::cli {
@@ -31,50 +31,7 @@ Status check_effects(const MapArgs& args, const MapVideoDescription& of) {
 
 }  // namespace
 
-MapVideoFlags::MapVideoFlags(CLI::App& app) : app_(app) {
-  const auto videos = in_group("Videos");
-  add_option(app, "--camera FILE", of_.camera.file,
-             "Calibration of the camera of a video, or of the recording of a camera (calibration.yaml, ROS "
-             "camera_info, kalibr YAML or JSON "
-             "of PhotonVision); the standard deviations of a calibration.yaml become part of the map's",
-             videos);
-  add_camera_details(app, of_.camera);
-  add_option(app, "--readout-ms NUMBER", of_.camera.readout_ms,
-             "Time from the first row to the last of the camera's rolling shutter, in milliseconds; negative "
-             "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
-             between(-200.0, 200.0), videos);
-  add_option(
-      app, "--tag-size-sigma-m NUMBER", of_.tag_size_sigma_m,
-      "Standard deviation of --tag-size-m, the same error for all tags of a video [m]; it becomes part "
-      "of the map's covariance",
-      kShown, between(0.0, 1.0), kMore);
-  add_option(app, "--distance TAG,TAG,METRES", of_.distances,
-             "A measured distance between the centres of two tags of a video, which gives the scale: ids, "
-             "metres and, unless it is 0.005 m, its standard deviation, such as 3,7,2.41 or 3,7,2.41,0.002. "
-             "May be repeated",
-             videos);
-  add_option(app, "--upright TAGS", of_.upright,
-             "Tags of a video that hang upright on vertical walls, such as 3,7: they level the map",
-             kByCommas, videos);
-  add_option(app, "--floor TAGS", of_.floor,
-             "Tags of a video that lie on the floor: they level the map, and z is 0 there", kByCommas,
-             videos);
-  add_option(
-      app, "--plane TAGS", of_.planes,
-      "Tags of a video that are on one plane, such as one wall, wherever it is: 3,4,7. May be repeated",
-      videos);
-  add_option(app, "--level-sigma-deg NUMBER", of_.level_sigma_deg,
-             "Standard deviation of the directions of the tags of --upright, --floor and --plane, in degrees",
-             kShown, between(1e-3, 45.0), kMore);
-  add_option(app, "--prior-sigma-m NUMBER", of_.prior_sigma_m,
-             "Standard deviation of the places of --prior, for a video: its tags then hold the map, each "
-             "within it [m]",
-             between(1e-6, 10.0), kMore);
-  add_option(app, "--prior-sigma-deg NUMBER", of_.prior_sigma_deg,
-             "Standard deviation of the directions of the tags of --prior, for a video, in degrees. Unless "
-             "given, with --prior-sigma-m: 2",
-             between(1e-4, 180.0), kMore);
-}
+MapVideoFlags::MapVideoFlags(CLI::App& app) : app_(app) { add_fields(app, of_); }
 
 bool MapVideoFlags::takes(const MapArgs& args) const {
   return is_of_camera(args.job.lap, app_.count("--camera") > 0);

@@ -1,30 +1,20 @@
 #include "waymark/cli/page_flags.hpp"
 
-#include <array>
-#include <cstddef>
+#include <string_view>
 
 #include <CLI/App.hpp>
 
-#include "waymark/cli/flags.hpp"
-#include "waymark/cli/ros2_flags.hpp"
+#include "waymark/cli/job_flags.hpp"
+#include "waymark/drivers/dds/ros_environment.hpp"
 
 namespace waymark::cli {
 
 void add_flags(CLI::App& app, PageOptions& page, CLI::Option* view) {
-  std::array<CLI::Option*, 4> all{};
-  all[0] = app.add_option("--port", page.port, "Port of the page; where it is taken, any other. 0: any")
-               ->check(CLI::Range(0, 65535))
-               ->capture_default_str();
-  all[1] = add_option(
-      app, "--listen ADDRESS", page.listen,
-      "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token", kShown);
-  all[2] = add_option(
-      app, "--token WORD", page.token,
-      "Token that grants control and remote viewing: 16 characters or more. Unless given: a random one");
-  all[3] = app.add_flag("--open", page.open, "Open the page in the browser");
-  if (view == nullptr) return;
-  for (CLI::Option* option : all) option->needs(view);
-  for (std::size_t i = 0; i < 3; ++i) all[i]->group(kMoreGroup);
+  add_fields(app, page);
+  for (const char* name : {"--port", "--listen", "--token", "--open"}) {
+    if (view != nullptr) app.get_option(name)->needs(view);
+    if (view != nullptr && name != std::string_view("--open")) app.get_option(name)->group(kMoreGroup);
+  }
 }
 
 void add_flags(CLI::App& app, ViewerOptions& flags) {
@@ -36,7 +26,7 @@ void add_flags(CLI::App& app, ViewerOptions& flags) {
                                "buttons: docs/howto/ros2.md",
                                kMore)
                           ->excludes(view);
-  add_option(app, "--ros-distro NAME", flags.ros_distro, kRosDistroHelp, kMore)->needs(ros2);
+  add_option(app, "--ros-distro NAME", flags.ros_distro, std::string(kRosDistroHelp), kMore)->needs(ros2);
 }
 
 }  // namespace waymark::cli

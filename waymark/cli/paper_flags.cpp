@@ -1,35 +1,14 @@
 #include "waymark/cli/paper_flags.hpp"
 
 #include "waymark/cli/failure.hpp"
-#include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/job_flags.hpp"
 
 namespace waymark::cli {
 
 PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
-  CLI::App& app = verb;
-  add_option(app, "-o,--output FILE", files_.path,
-             "File to write; .pdf, .svg or .png says its kind (pages of .svg and .png get numbers)",
-             kRequired);
-  add_option(app, "--family NAME", family_, "Tag family", kShown);
-  add_option(app, "--paper NAME", paper_, "A6 to A0, Letter, Legal, Tabloid, or WIDTHxHEIGHT in millimetres",
-             kShown);
-  add_option(app, "--orientation NAME", orientation_,
-             "Orientation of the page: auto (where more fits), portrait or landscape", kShown);
-  app.add_option("--dpi", files_.dpi, "Pixels an inch of .png, recorded in the file. From 10 to 2400.")
-      ->capture_default_str();
-  add_flag(app, "--force", files_.replace, "Replace a file that is there", kMore);
-  app.add_flag("--json", json_, "One JSON object about what was written instead of words");
-}
-
-Result<FamilyId> PaperFlags::family() const {
-  auto id = parse_family(family_);
-  if (!id) {
-    Error error = id.error();
-    error.place.key = "family";
-    return tl::unexpected(error);
-  }
-  return id;
+  add_fields(verb, said_);
+  verb.add_flag("--json", json_, "One JSON object about what was written instead of words");
 }
 
 CLI::Option* name_tag_size(CLI::App& app) {

@@ -11,9 +11,6 @@
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/tag_prints.hpp"
-#include "waymark/jobs/write_pages.hpp"
-#include "waymark/plot/render.hpp"
-#include "waymark/plot/sheet_layout.hpp"
 
 namespace waymark::cli {
 
@@ -26,19 +23,12 @@ class PaperFlags {
   /// Paper and orientation into options that have them; the output must be of a known kind.
   template <class Options>
   [[nodiscard]] Status apply(Options& options) const {
-    const auto paper = plot::parse_paper(paper_);
-    if (!paper) return tl::unexpected(paper.error());
-    const auto orientation = plot::parse_orientation(orientation_);
-    if (!orientation) return tl::unexpected(orientation.error());
-    options.paper = *paper;
-    options.orientation = *orientation;
-    const Result<plot::FileFormat> format = plot::format_of(files_.path);
-    if (!format) return tl::unexpected(format.error());
-    return *format == plot::FileFormat::Png
+    if (Status status = describe_paper(said_, options); !status) return status;
+    return plot::format_of(said_.files.path) == plot::FileFormat::Png
                ? Status()
                : refuse_flag(app_, "--dpi", "only .png has a resolution", "Leave it out.");
   }
-  [[nodiscard]] Result<FamilyId> family() const;
+  [[nodiscard]] Result<FamilyId> family() const { return described_family(said_); }
 
   /// After apply(): draws the pages of a layout into their files and says so, with what is to be said of them
   /// (`words`). `target`: PageFiles::target.
@@ -46,8 +36,8 @@ class PaperFlags {
   [[nodiscard]] ExitCode write(const Layout& layout, const std::vector<plot::Drawing>& pages,
                                Console& console, const std::string& words = {},
                                const std::string& target = {}) const {
-    PageFiles files = files_;
-    files.format = *plot::format_of(files_.path);
+    PageFiles files = said_.files;
+    files.format = *plot::format_of(files.path);
     files.target = target;
     const WrittenPages written = write_pages(pages, files, control_from(console));
     if (json_) console.print(json_line(to_json(layout, written.files)));
@@ -63,11 +53,8 @@ class PaperFlags {
   [[nodiscard]] static ExitCode fail_writing(const Error& error, Console& console);
 
   const CLI::App& app_;
-  PageFiles files_{};
+  PaperDescription said_{};
   bool json_ = false;
-  std::string family_ = "tag36h11";
-  std::string paper_ = "A4";
-  std::string orientation_ = "auto";
 };
 
 /// The flag --tag-size-m, without a default: a size has no usual value. Call after the option flags were

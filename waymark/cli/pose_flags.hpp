@@ -11,9 +11,6 @@
 
 namespace waymark::cli {
 
-/// Adds --camera-name NAME and --camera-size WIDTHxHEIGHT.
-void add_camera_details(CLI::App& app, CameraDescription& camera);
-
 /// The flags with which a verb gives poses: --camera, --camera-name, --camera-size, --tag-size-m. Must stay
 /// where it is while the command line is parsed.
 class PoseFlags {

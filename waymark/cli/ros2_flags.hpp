@@ -10,11 +10,6 @@ class App;
 
 namespace waymark::cli {
 
-inline constexpr const char* kRosDistroHelp =
-    "Release of ROS 2 whose `ros2 node list` shows this program: humble, jazzy, ...; unless given: none "
-    "does. "
-    "A wrong one may crash its programs";
-
 /// Where on the network of ROS 2: flags over what ROS's environment variables say.
 class Ros2Flags {
  public:

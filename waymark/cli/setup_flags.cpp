@@ -2,33 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "waymark/cli/flags.hpp"
+#include "waymark/cli/job_flags.hpp"
 #include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
-
-void add_flags(CLI::App& app, LoneAnchor& flags) {
-  add_option(app, "--anchor TAG", flags.anchor,
-             "Anchor tag of the map with --robot process, for example tag36h11:0, or its id; it must be in "
-             "view where the lap begins and ends");
-  add_option(app, "--tag-size-m FLOAT", flags.tag_size_m,
-             "With --robot process: side of the tags' black squares", between(0.001, 10.0));
-}
-
-void add_picture_settings(CLI::App& app, PictureSettings& pictures) {
-  add_option(app, "--detector NAME", pictures.detector,
-             "Detector for the pictures of a robot that is a process: waymark (this project's own), or "
-             "apriltag3 (slower)",
-             kShown, one_of({"waymark", "apriltag3"}), kMore);
-  add_option(app, "--search-every N", pictures.search_every,
-             "Search only one picture in N wholly, and follow tags in the others, for less processor time; a "
-             "tag that comes into view is found up to N pictures later; of a robot that is a process",
-             kShown, between(1, 1000), kMore);
-  add_flag(app, "--search-strips", pictures.in_strips,
-           "With --search-every N: search another strip of each picture instead of one picture in N, so that "
-           "each costs the same",
-           kMore);
-}
 
 SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
@@ -47,7 +24,7 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                "Camera of this computer that gives the pictures of a robot which sends none, with --robot "
                "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several",
                kMore);
-  if (processes) add_picture_settings(app, pictures_);
+  if (processes) add_fields(app, pictures_);
   add_option(app, "--seed INTEGER", seed_, "Seed of all noise: the same seed gives the same bytes", kShown)
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
 }

@@ -6,13 +6,8 @@
 
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/live/robot_setup.hpp"
-#include "waymark/live/start_recording.hpp"
 
 namespace waymark::cli {
-
-/// Of the flag --durable of the verbs that record.
-inline constexpr const char* kDurableHelp =
-    "Sync the recording each second: a power cut loses no more than that, at the price of a busy disk";
 
 /// What a world may be called on the command line.
 inline constexpr const char* kWorldNames =
@@ -21,11 +16,6 @@ inline constexpr const char* kWorldNames =
 /// What a robot's file may be called on the command line.
 inline constexpr const char* kRobotNames = "a name that `waymark robots` lists, or the path of a .yaml file";
 
-/// --anchor and --tag-size-m.
-void add_flags(CLI::App& app, LoneAnchor& anchor);
-
-/// --detector, of the pictures of a robot that is a process.
-void add_picture_settings(CLI::App& app, PictureSettings& pictures);
 /// Of --search-strips without --search-every.
 inline constexpr const char* kSearchedWholly = "every picture is searched wholly";
 inline constexpr const char* kSearchEvery = "Give --search-every 8, say, too.";

@@ -1,45 +1,19 @@
 #include "waymark/cli/file_names.hpp"
-#include "waymark/cli/frame_flags.hpp"
+#include "waymark/cli/job_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/jobs/calibrate_robot_text.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct CalibrateRobotArgs {
+struct CalibrateRobotArgs : CalibrateRobotWords {
   explicit CalibrateRobotArgs(CLI::App& verb) : settings(verb), filter(settings, "filter", "Filter") {
-    add_option(verb, "LOG", job.drive.logs, "Recordings of one drive past tags", kRequired);
-    add_option(verb, "--map FILE", job.drive.map,
-               "Map of the tags, as for `waymark localize`. Unless given: the tags are mapped together with "
-               "the calibration");
-    add_option(verb, "--by HOW", by,
-               "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
-               "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: lap "
-               "where there are corners of tags and odometry, and no map or one of Waymark",
-               one_of({"lap", "innovations"}));
-    add_frame_flags(verb, job.drive.frames);
-    add_option(verb, "--robot FILE", job.drive.robot,
-               "Camera and its mounting, as far as known: a robot's file, or a name");
-    add_option(verb, "--calibration FILE", job.drive.calibration,
-               "Calibration known beforehand (calibration.yaml), such as the camera's");
-    add_option(verb, "--tag-size-m NUMBER", job.drive.tag_size_m, "Tag size where the map has none");
-    add_option(verb, "--map-sigma NUMBER", job.drive.map_sigma_m,
-               "Standard deviation of the tags' positions, by lap, of a map without covariances, such as one "
-               "measured by hand [m]",
-               kShown, between(1e-6, 10.0));
-    add_option(verb, "--sensor-pose NUMBER", job.drive.sensor_pose,
-               "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
-        ->expected(3);
-    add_option(verb, "--from S", job.from_s, "Begin of the used interval, in seconds from the start");
-    add_option(verb, "--to S", job.to_s, "End of the used interval, in seconds from the start");
-    add_option(verb, "-o,--output FILE", job.drive.output, "Calibration to write (calibration.yaml)")
-        ->check(yaml_name());
+    add_fields(verb, static_cast<CalibrateRobotWords&>(*this));
+    verb.get_option("--output")->check(yaml_name());
     verb.add_flag("--json", json, "One JSON object instead of a table");
   }
 
   Settings settings;
-  CalibrateRobotJob job{};
-  std::string by;
   bool json = false;
   OptionFlags<RiekfOptions> filter;
 };

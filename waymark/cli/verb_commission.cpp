@@ -8,23 +8,13 @@ namespace {
 
 struct CommissionArgs {
   explicit CommissionArgs(CLI::App& verb) : app(verb), setup(verb, {}, true) {
-    add_option(verb, "-o,--output FILE", job.output,
-               "Robot's file to write the result into. Unless given: that of --robot-file; of a "
-               "robot that comes with this program, a file of its name in the current folder");
-    verb.add_flag(
-        "--yes", yes,
-        "Do not ask: the robot stands where it may drive, and checks that need a person are left out");
-    verb.add_flag("--skip-lifted", job.skip_lifted, "Leave out the drive with lifted wheels");
-    add_option(verb, "--tag-size-m FLOAT", job.tag_size_m,
-               "Side of the black squares of the tags that are in view, which measure the drive as well",
-               between(0.001, 10.0));
+    add_fields(verb, job);
     verb.add_flag("--json", json, "One JSON object instead of lines");
   }
 
   const CLI::App& app;
   SetupFlags setup;
   CommissionJob job{};
-  bool yes = false;
   bool json = false;
 };
 
@@ -42,8 +32,9 @@ ExitCode commission_robot(const CommissionArgs& args, Console& console) {
   if (!started) return fail_usage(started.error(), console);
   const auto stop = listen_for_stop("first drive of " + setup->simulated.model.name, console);
   const JobControl control = control_from(console);
-  const auto report = commission(
-      *setup, args.job, args.yes || simulated ? CommissionPerson{} : person_at_terminal(control), control);
+  const auto report =
+      commission(*setup, args.job,
+                 args.job.yes || simulated ? CommissionPerson{} : person_at_terminal(control), control);
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   if (report->interrupted) return ExitCode::Interrupted;

@@ -17,27 +17,7 @@ struct ConvertArgs {
                "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further recordings "
                "of the same drive, which are merged in the order of their stamps",
                kRequired);
-    add_option(app, "--format NAME", job.format,
-               "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT");
-    add_option(app, "--ros-distro NAME", job.ros_distro,
-               "Release of ROS 2 whose layout --format rosbag2 writes: humble or jazzy (jazzy)");
-    add_option(app, "--storage NAME", job.storage,
-               "Storage of --format rosbag2: sqlite3 (usual in Humble) or mcap (usual in Jazzy)");
-    add_option(app, "--topics,--topic A,B", job.topics, "Only these topics, with commas between them",
-               kByCommas);
-    add_option(app, "--from T", job.from,
-               "Begin of the interval [s]: after the start, or with @ on the recording's clock");
-    add_option(app, "--to T", job.to,
-               "End of the interval [s]: after the start, or with @ on the recording's clock");
-    add_option(app, "--kind NAME", job.kind,
-               "Content of a .csv file: detections, odometry, imu or range-bearing",
-               one_of({"detections", "odometry", "imu", "range-bearing"}));
-    add_option(
-        app, "--robot FILE", job.robot,
-        "Camera and its mounting for tables and LCM logs that become .mcap: a robot's file, or a name");
-    add_option(app, "--tag-latency-s S", job.tag_latency_s,
-               "Camera latency of an MBot: time from the exposure to the stamp of a picture [s] (LCM logs)",
-               between(0.0, 10.0), kShown);
+    add_fields(app, job);
     add_flag(app, "--json", json, "One JSON object instead of words");
   }
 

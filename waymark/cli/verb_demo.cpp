@@ -21,12 +21,7 @@ struct DemoArgs {
         scene(settings, Reach::SettingsOnly),
         options(settings, Reach::SettingsOnly) {
     add_flags(app, live);
-    add_option(app, "-o,--output FOLDER", job.folder, "Folder for recordings, map and figures", kShown);
-    add_option(app, "--laps NUMBER", job.replay.replay.laps, "Number of laps of the replay", kShown,
-               between(0.01, 1000.0));
-    app.add_flag("--images", job.images,
-                 "Render camera pictures, detect tags in them, and record them as JPEG");
-    add_flag(app, "--durable", job.replay.durable, kDurableHelp, kMore);
+    add_fields(app, job);
     app.add_flag("--json", json, "One JSON object (teach, map, replay, figures) instead of a table");
   }
 

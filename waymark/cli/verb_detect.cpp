@@ -16,11 +16,7 @@ struct DetectArgs {
   explicit DetectArgs(CLI::App& verb) : settings(verb), detector(settings, kFirstGroup), poses(verb) {
     add_flags(verb, page,
               verb.add_flag("--view", view, "Show one live camera in the browser, with its controls"));
-    add_option(verb, "SOURCE", job.sources,
-               "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
-               "patterns such as 'lap/*.png', or live cameras such as v4l2:/dev/video0",
-               kRequired);
-    verb.add_flag("--recursive", job.recursive, "Search folders for pictures recursively");
+    add_fields(verb, job);
     verb.add_flag("--json", json, "One JSON object a line for each picture instead of tables");
     verb.add_flag("--covariance", covariance,
                   "With --json: the 8 x 8 covariance of the corners of each tag as well");

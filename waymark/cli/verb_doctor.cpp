@@ -4,43 +4,8 @@
 namespace waymark::cli {
 namespace {
 
-struct DoctorArgs {
-  explicit DoctorArgs(CLI::App& app) {
-    add_option(app, "--robot NAME", job.robot,
-               "Robot to listen to, without moving it: limo:PORT, mbot:ADDRESS, ros2:PROFILE or "
-               "gazebo:PROFILE, for example limo:/dev/ttyTHS1");
-    add_option(
-        app, "--camera FILE", job.calibration,
-        "Calibration to look at. Unless given: calibration.yaml in the current folder, if there is one");
-    add_option(app, "--camera-source ADDRESS", job.sources,
-               "Camera to open and to take pictures from for a second, for example v4l2:/dev/video0");
-    add_option(app, "--tag-at-m FLOAT", job.tag.distance_m,
-               "Measure the printed size of a tag that hangs at this distance, from the front of the lens to "
-               "its centre, measured with a tape to a centimetre",
-               between(0.2, 20.0))
-        ->needs("--camera-source");
-    add_option(app, "--tag-size-m FLOAT", job.tag.size_m,
-               "Side that the black square of that tag should have", between(0.001, 10.0))
-        ->needs("--tag-at-m");
-    app.get_option("--tag-at-m")->needs("--tag-size-m");
-    add_option(app, "--family NAME", job.tag.families, "Families that the tag may be of", kShown, kByCommas)
-        ->needs("--tag-at-m");
-    add_option(app, "--map FILE", job.map,
-               "Map whose tags should be in view of these cameras, map.yaml or its folder: which of them are "
-               "missed where the camera stands, and why")
-        ->needs("--camera-source");
-    add_option(app, "--folder PATH", job.folder, "Folder in which recordings will be written", kShown);
-    add_option(app, "--width-px INTEGER", job.trial.width, "Width of the pictures of the trial", kShown,
-               between(64, 8192));
-    add_option(app, "--height-px INTEGER", job.trial.height, "Height of the pictures of the trial", kShown,
-               between(64, 8192));
-    add_option(app, "--rate-hz FLOAT", job.trial.rate_hz, "Rate of the pictures of the trial", kShown,
-               between(0.1, 1000.0));
-    app.add_flag("--json", json, "One JSON object instead of lines");
-  }
-
-  DoctorJob job{};
-  bool json = false;
+struct DoctorArgs : JobArgs<DoctorJob> {
+  explicit DoctorArgs(CLI::App& app) : JobArgs(app, "One JSON object instead of lines") {}
 };
 
 ExitCode examine(const DoctorArgs& args, Console& console) {

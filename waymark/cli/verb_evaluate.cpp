@@ -10,36 +10,12 @@ using namespace std::string_literals;
 
 struct TrajectoryArgs {
   explicit TrajectoryArgs(CLI::App& verb) : settings(verb), scoring(settings, "scoring", "Scoring") {
-    add_option(verb, "EST", job.estimate, "What is judged: a recording with poses, or a TUM file");
-    add_option(verb, "REF", job.reference,
-               "What is right: a recording with /truth/pose, a TUM file, a route.yaml, or a CSV of corners "
-               "(x_m,y_m), of which only the path is known");
-    add_option(verb, "--est-topic TOPIC", job.estimate_topic, "Topic of EST's poses; usually /waymark/pose");
-    add_option(verb, "--ref-topic TOPIC", job.reference_topic, "Topic of REF's poses; usually /truth/pose");
-    add_option(
-        verb, "--alignment KIND", alignment,
-        "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)",
-        one_of({"none", "se2", "se3", "sim3"}), kShown);
-    verb.add_flag("--closed", job.closed,
-                  "Compare a closed loop: the corners of REF return to the first one");
-    add_option(verb, "--odometry LOG", job.odometry,
-               "Evaluate the wheel odometry, and wheels with gyro, of this recording beside EST, started at "
-               "the same pose");
-    add_option(verb, "--from S", job.from_s,
-               "Begin of the evaluated interval, in seconds from the start of EST");
-    add_option(verb, "--to S", job.to_s, "End of the evaluated interval, in seconds from the start of EST");
-    add_option(verb, "--time-offset-s NUMBER", job.time_offset_s,
-               "Clock offset that is added to the stamps of REF", kShown);
-    add_option(verb, "--figures FOLDER", figures,
-               "Folder for figures: paths from above, error along the way");
-    add_option(verb, "--map FILE", job.map, "Map whose tags the figure shows");
+    add_fields(verb, job);
     verb.add_flag("--json", json, "One JSON object instead of a table");
   }
 
   Settings settings;
   EvaluateTrajectoryJob job{};
-  std::string alignment = "none";
-  std::string figures;
   bool json = false;
   OptionFlags<TrajectoryScoreOptions> scoring;
 };
@@ -48,7 +24,7 @@ struct TrajectoryArgs {
 Status check_effects(const TrajectoryArgs& args, const Reference* reference) {
   const bool known = reference != nullptr;
   Refusals refused(args.settings.app());
-  refused.flags(args.figures.empty(), {"--map"}, "no figure is drawn", "Add --figures, or leave it out.");
+  refused.flags(args.job.figures.empty(), {"--map"}, "no figure is drawn", "Add --figures, or leave it out.");
   refused.flags(known && reference->timed.empty(), {"--alignment", "--time-offset-s"},
                 "of REF only the path is known, and no times", "Leave it out.");
   refused.flags(known && !reference->timed.empty(), {"--closed"},
@@ -72,14 +48,13 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   if (!inputs) return console.failed(inputs.error(), ExitCode::SomeFailed);
   if (usable = check_effects(args, &inputs->reference); !usable)
     return console.failed(usable.error(), ExitCode::Usage);
-  job.alignment = *alignment_kind(args.alignment);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
     console.say("warning: " + doubt);
-  if (args.figures.empty()) return ExitCode::Ok;
-  const auto files = write_evaluation_figures(*inputs, *report, args.figures);
+  if (job.figures.empty()) return ExitCode::Ok;
+  const auto files = write_evaluation_figures(*inputs, *report, job.figures);
   if (!files) return console.failed(files.error(), ExitCode::SomeFailed);
   for (const std::string& file : *files) console.say("wrote " + file);
   return ExitCode::Ok;

@@ -9,15 +9,7 @@ namespace {
 struct EvaluateArgs {
   explicit EvaluateArgs(CLI::App& verb)
       : settings(verb), matching(settings, "matching", "Matching"), detector(settings, kMoreGroup) {
-    add_option(verb, "SOURCE", job.sources, "Pictures to detect in: files, folders, or quoted patterns");
-    add_option(verb, "--truth FILE", job.truth,
-               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where known, size_px, "
-               "tilt_deg, family",
-               kRequired);
-    add_option(
-        verb, "--detections FILE", job.detections,
-        "Score this output of `waymark detect --json` instead of running the detector; - is standard input");
-    verb.add_flag("--recursive", job.recursive, "Search folders for pictures recursively");
+    add_fields(verb, job);
     verb.add_flag("--json", json, "One JSON object instead of tables");
     add_option(verb, "--size-edges-px LIST", job.edges.size_px,
                "Edges of the size classes, for example 0,16,32,64", kByCommas)

@@ -14,12 +14,8 @@ struct ExploreArgs {
         pictures(settings, Reach::SettingsOnly),
         explore(settings, "explore", "Wandering"),
         filter(settings, "filter", "Localisation") {
-    add_option(app, "--map PATH", job.map,
-               "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, as a person "
-               "measured them");
-    add_option(app, "--minutes NUMBER", job.minutes, "Duration of the drive", kShown, between(0.01, 10000.0));
-    add_option(app, "-o,--output FILE", job.output, "Recording to write of the drive (.mcap)")
-        ->transform(recording_name());
+    add_fields(app, job);
+    app.get_option("--output")->transform(recording_name());
     app.add_flag("--json", json, "One JSON object instead of words");
   }
 

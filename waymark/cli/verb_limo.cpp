@@ -16,11 +16,7 @@ struct LimoRobotArgs {
     add_option(app, "--drive NAME", drive,
                "Drive of LIMO: differential, ackermann, mecanum (set on LIMO) or tracked. Unless given: "
                "as the robot's file says");
-    add_option(app, "--beside FIFO", options.beside,
-               "Named pipe with further lines of a robot process, stamped by this machine's steady clock: a "
-               "lidar, a camera with a detector of its own");
-    app.add_flag("--simulated", options.simulated,
-                 "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)");
+    add_fields(app, options);
     add_listen_flag(app, listen_only);
   }
 

@@ -1,38 +1,14 @@
-#include "waymark/cli/frame_flags.hpp"
+#include "waymark/cli/job_flags.hpp"
 #include "waymark/cli/localize_live.hpp"
 #include "waymark/cli/parts.hpp"
 
 namespace waymark::cli {
 namespace {
 
-constexpr auto kThree = [](CLI::Option& option) { option.expected(3); };
-
 struct LocalizeArgs {
   explicit LocalizeArgs(CLI::App& verb)
       : settings(verb), filter(settings, "filter", "Filters"), anchor(settings, "anchor", "Method anchor") {
-    add_option(
-        verb, "LOG", job.logs,
-        "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables; or a video; or a live camera: "
-        "v4l2:/dev/video0. None with --robot KIND:ADDRESS");
-    add_option(verb, "--map FILE", job.map,
-               "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
-               "with id, x, y, or a field layout of WPILib or Limelight",
-               kRequired);
-    add_option(verb, "--robot NAME", job.robot,
-               "Robot to localise while somebody else drives it, KIND:ADDRESS as `waymark teach` has it "
-               "(ros2:limo, mbot:); or of a recording its camera and mounting: a robot's file, or a name. "
-               "Unless given: the recording's, or those of robot.yaml beside the map");
-    add_frame_flags(verb, job.frames);
-    add_option(verb, "--calibration FILE", job.calibration, "Calibration of this robot (calibration.yaml)");
-    add_option(
-        verb, "-o,--output FILE", job.output,
-        "Record the estimates (.mcap), or write the certain ones as poses, one a line (.txt, .tum: TUM)");
-    add_option(verb, "--tag-size-m NUMBER", job.tag_size_m,
-               "Tag size where the map has none (0.24 for the Academy's)");
-    add_option(verb, "--sensor-pose NUMBER", job.sensor_pose,
-               "Mounting of the range sensor on the robot: x y [m], yaw [deg]", kThree);
-    add_option(verb, "--start NUMBER", job.start,
-               "Initial pose of the robot, if it is known: x y [m], yaw [deg]", kThree);
+    add_fields(verb, job);
     add_option(verb, "--method NAME", method,
                "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
                "filter), anchor (nearest tag and odometry) or smoother (riekf with a backward pass)",
@@ -40,7 +16,8 @@ struct LocalizeArgs {
     verb.add_flag("--no-adapt", no_adapt,
                   "Keep the assumed noise instead of estimating the noise of motion and observations from "
                   "the recording");
-    live.add_to(verb);
+    add_fields(verb, static_cast<LocalizeLive&>(live));
+    add_flags(verb, live.view);
     verb.add_flag("--json", json, "One JSON object instead of words");
   }
 

@@ -8,16 +8,11 @@ namespace {
 
 struct ConvertMapArgs {
   explicit ConvertMapArgs(CLI::App& app) {
-    add_option(app, "MAP", job.input, "A map of any form, or the folder of a map.yaml", kRequired);
-    add_option(app, "OUTPUT", job.output, "The file to write", kRequired);
     to = add_option(app, "--to FORM", form,
                     fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
                                 fmt::join(map_form_names(), ", ")),
                     kShown);
-    add_option(app, "--tag-size-m NUMBER", job.tag_size_m,
-               "Side of the black square of tags whose file does not say it");
-    add_option(app, "--remove TAGS", job.remove, "Tags to exclude, such as 3,7 or tag36h11:3", kByCommas);
-    add_flag(app, "--force", job.force, "Replace a file that is there");
+    add_fields(app, job);
     add_flag(app, "--json", json, "One JSON object instead of words");
   }
 

@@ -4,15 +4,8 @@
 namespace waymark::cli {
 namespace {
 
-struct MigrateArgs {
-  explicit MigrateArgs(CLI::App& app) {
-    add_option(app, "INPUT", job.input, "Folder that `waymark map` wrote, or one file", kRequired);
-    add_option(app, "-o,--output FOLDER", job.output, "Folder to write, not there yet or empty", kRequired);
-    app.add_flag("--json", json, "One JSON object a file instead of words");
-  }
-
-  MigrateJob job{};
-  bool json = false;
+struct MigrateArgs : JobArgs<MigrateJob> {
+  explicit MigrateArgs(CLI::App& app) : JobArgs(app, "One JSON object a file instead of words") {}
 };
 
 ExitCode migrate(const MigrateArgs& args, Console& console) {

@@ -11,8 +11,7 @@ struct OptimizeArgs {
   explicit OptimizeArgs(CLI::App& app)
       : settings(app), weights(settings, "weights", "Weights"), profile(settings, "profile", "Speed") {
     app.get_option("--speed-m-s")->group(kFirstGroup);
-    add_option(app, "MAP", job.folder, "Folder that `waymark map` wrote", kRequired);
-    add_option(app, "--name NAME", job.name, "Name of the new route; the taught one stays as it is", kShown);
+    add_fields(app, job);
     add_option(app, "--weights FILE", weights_file,
                "Options of the optimisation: a .yaml file with the keys below");
     app.add_flag("--json", json, "One JSON object instead of a table");

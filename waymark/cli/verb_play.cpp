@@ -7,12 +7,7 @@ namespace {
 
 struct PlayArgs {
   explicit PlayArgs(CLI::App& verb) : app(verb) {
-    add_option(verb, "--topics TOPIC,…", part.topics,
-               "Only these topics, with commas between them. Unless given: all", kByCommas);
-    add_option(verb, "--from SECONDS", part.from_s, "Begin this many seconds after the first message",
-               kShown);
-    add_option(verb, "--to SECONDS", part.to_s,
-               "End this many seconds after the first message. Unless given: with the file");
+    add_fields(verb, part);
     add_option(verb, "FILE", file,
                "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed", kRequired);
     add_option(verb, "--speed NUMBER", speed,

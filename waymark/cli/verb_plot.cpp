@@ -7,9 +7,7 @@ namespace {
 struct PlotArgs {
   explicit PlotArgs(CLI::App& app) {
     add_option(app, "RUN ...", job.runs, "Recordings, folders of maps, or the folder of a demo", kRequired);
-    add_option(app, "--figure NAME", job.figure, "Name of the figure. Unless given: the figures are listed");
-    add_option(app, "-o,--output FILE", job.output, "File to write: .svg, .png or .pdf (usual: NAME.svg)");
-    app.add_flag("--force", job.force, "Replace a file that is there");
+    add_fields(app, job);
   }
 
   PlotJob job{};

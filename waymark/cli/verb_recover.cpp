@@ -5,17 +5,10 @@
 namespace waymark::cli {
 namespace {
 
-struct RecoverArgs {
-  explicit RecoverArgs(CLI::App& app) {
-    add_option(app, "FILE", job.file, "Recording (.mcap) that was cut, damaged or never finished", kRequired);
-    add_option(app, "-o,--output FILE", job.output,
-               "The file to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap")
-        ->transform(recording_name());
-    app.add_flag("--json", json, "One JSON object instead of words");
+struct RecoverArgs : JobArgs<RecoverJob> {
+  explicit RecoverArgs(CLI::App& app) : JobArgs(app) {
+    app.get_option("--output")->transform(recording_name());
   }
-
-  RecoverJob job{};
-  bool json = false;
 };
 
 ExitCode recover(const RecoverArgs& args, Console& console) {

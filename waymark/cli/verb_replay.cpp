@@ -12,39 +12,15 @@
 namespace waymark::cli {
 namespace {
 
-struct ReplayArgs {
+struct ReplayArgs : ReplayWords {
   explicit ReplayArgs(CLI::App& verb)
       : settings(verb),
         setup(verb, {}, true, "robot.yaml of the map's folder, "),
         pictures(settings, Reach::SettingsOnly),
         options(settings, Reach::Flags) {
     add_flags(verb, live);
-    add_option(verb, "MAP", job.folder, "Folder that `waymark map` wrote", kRequired);
-    add_option(verb, "--method NAME", method,
-               "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
-               "filter) or anchor (nearest tag and odometry)",
-               kShown);
-    add_option(verb, "--controller NAME", controller,
-               "Controller: follower (curvature feed-forward and error feedback), pursuit (pure pursuit) or "
-               "pose (goal to goal)",
-               kShown);
-    add_option(
-        verb, "--route NAME", job.route,
-        "Name of the route to drive, of another lap (`waymark map --route-name`) or optimised (`waymark "
-        "optimize`, which is judged by itself); `waymark routes` lists them. Unless given: the taught route");
-    add_option(verb, "--calibration FILE", calibration,
-               "Calibration of this robot (calibration.yaml); its yaw gain is the initial value that the "
-               "follower learns from");
-    add_option(verb, "--laps NUMBER", job.replay.laps, "Number of laps of a closed route", kShown);
-    add_option(verb, "-o,--output FILE", job.output, "Recording to write of the replay (.mcap)")
-        ->transform(recording_name());
-    add_option(verb, "--record-images HOW", job.images,
-               "With -o: also record the pictures (with --images, or of a robot that sends them): jpeg, or "
-               "raw, ten times as large",
-               one_of({"jpeg", "raw"}), kMore);
-    add_flag(verb, "--durable", job.durable, kDurableHelp, kMore);
-    add_option(verb, "--taught FILE", job.taught,
-               "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder", kMore);
+    add_fields(verb, static_cast<ReplayWords&>(*this));
+    verb.get_option("--output")->transform(recording_name());
     verb.add_flag("--json", json, "One JSON object instead of words");
   }
 
@@ -53,10 +29,6 @@ struct ReplayArgs {
   ViewerOptions live{};
   PictureFlags pictures;
   ReplayFlags options;
-  ReplayJob job{};
-  std::string method = "riekf";
-  std::string controller = "follower";
-  std::string calibration;
   bool json = false;
 };
 

@@ -9,85 +9,26 @@
 namespace waymark::cli {
 namespace {
 
-struct RobotSimArgs {
+struct RobotSimArgs : RobotSimWords {
   explicit RobotSimArgs(CLI::App& verb)
       : settings(verb), setup(verb), pictures(settings, Reach::Flags, false), network(verb) {
-    add_wires(verb);
-    verb.add_flag(
-            "--lockstep", job.process.lockstep,
-            "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
-            "the same samples every time")
-        ->excludes("--limo", "--mbot", "--gazebo");
-    verb.add_flag("--ros2", ros2,
-                  "Publish topics of ROS 2 as LIMO does, and obey /cmd_vel, in real time; until Ctrl-C")
-        ->excludes("--lockstep", "--limo", "--mbot", "--gazebo");
-    add_option(
-        verb, "--pace FLOAT", job.process.pace,
-        "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible",
-        between(0.0, 100.0), kShown);
-  }
-  void add_wires(CLI::App& verb);
-  [[nodiscard]] SimWire wire() const {
-    if (limo) return SimWire::Limo;
-    if (!job.mbot_address.empty()) return SimWire::Mbot;
-    if (!job.gazebo_profile.empty()) return SimWire::Gazebo;
-    return ros2 ? SimWire::Ros2 : SimWire::Process;
+    add_fields(verb, static_cast<RobotSimWords&>(*this));
+    verb.get_option("--plant")->check([](const std::string& given) {
+      return plant_command(given) ? std::string()
+                                  : "'" + given + "' is no process:CMD (docs/formats/robot-process.md)";
+    });
   }
 
   Settings settings;
   SetupFlags setup;
   PictureFlags pictures;
   Ros2Flags network;
-  RobotSimJob job{};
-  std::string plant;
-  std::string mbot_generation = "jetson";
-  bool limo = false;
-  bool ros2 = false;
 };
-
-/// The flags of what is not ROS 2.
-void RobotSimArgs::add_wires(CLI::App& verb) {
-  CLI::Option* const of_limo = verb.add_flag("--limo", limo,
-                                             "Be a LIMO on a serial port, in real time, until Ctrl-C: a "
-                                             "pseudo-terminal, whose path is printed");
-  add_option(verb, "--beside FIFO", job.limo.beside,
-             "Named pipe for what is not on LIMO's wire: camera, lidar, truth, as lines for `waymark limo "
-             "robot --beside`")
-      ->needs(of_limo);
-  const auto add_fault = [&](const char* names, double& probability, const char* sentence) {
-    add_option(verb, names, probability, sentence, between(0.0, 1.0), kShown, kMore)->needs(of_limo);
-  };
-  add_fault("--wire-noise FLOAT", job.limo.faults.noise,
-            "Probability of each byte of LIMO's wire to become another one");
-  add_fault("--wire-dropped FLOAT", job.limo.faults.dropped,
-            "Probability of each byte of LIMO's wire to be lost");
-  add_fault("--wire-torn FLOAT", job.limo.faults.torn,
-            "Probability of each frame of LIMO's wire to lose its end");
-  add_option(verb, "--mbot ADDRESS", job.mbot_address,
-             "Be an MBot on LCM at this address, in real time, until Ctrl-C: udpm://239.255.76.67:7667?ttl=0")
-      ->excludes("--limo");
-  add_option(verb, "--mbot-generation NAME", mbot_generation,
-             "Publisher of tags of the MBot: jetson (quaternions x, y, z, w) or pi5 (w, x, y, z; no stamps)",
-             one_of({"jetson", "pi5"}), kShown, kMore)
-      ->needs("--mbot");
-  add_option(verb, "--gazebo PROFILE", job.gazebo_profile,
-             "Publish the topics of Gazebo that this profile names, as Gazebo's robot does, and obey its "
-             "command topic, until Ctrl-C: limo, or the path of a .yaml file")
-      ->excludes("--limo", "--mbot");
-  add_option(verb, "--plant ROBOT", plant,
-             "Simulation behind the wire instead of Waymark's: process:CMD, a program that speaks the "
-             "protocol of robot processes. World and robot file say which camera, wheels and tags it has",
-             kMore)
-      ->check([](const std::string& given) {
-        return plant_command(given) ? std::string()
-                                    : "'" + given + "' is no process:CMD (docs/formats/robot-process.md)";
-      });
-}
 
 Status run_with(const RobotSimArgs& args, const RobotSetup& setup, Console& console) {
   const JobControl control = control_from(console);
   RobotSimJob job = args.job;
-  job.wire = args.wire();
+  job.wire = wire_of(args);
   job.mbot_generation = args.mbot_generation == "pi5" ? MbotGeneration::Pi5 : MbotGeneration::Jetson;
   Result<BusOptions> network;
   if (args.ros2) network = args.network.options("waymark_robot_sim");
@@ -104,7 +45,7 @@ Status check_effects(const RobotSimArgs& args) {
   refused.flags(!args.job.process.lockstep, {"--pace"}, "without lockstep the robot goes by the clock",
                 "Add --lockstep, or leave it out.");
   refused.all(!args.ros2, args.network, "this is about the network of ROS 2", "Add --ros2, or leave it out.");
-  refused.flags(args.wire() == SimWire::Process, {"--plant"}, "a robot process may be driven as it is",
+  refused.flags(wire_of(args) == SimWire::Process, {"--plant"}, "a robot process may be driven as it is",
                 "Name it as --robot, or add --ros2, --limo, --mbot or --gazebo.");
   return refused.status();
 }
@@ -115,7 +56,7 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   setup = args.pictures.apply(std::move(setup));
   if (!setup) return console.failed(setup.error(), ExitCode::Usage);
   Status status = check_effects(args);
-  if (status && args.plant.empty()) status = fit_to_wire(args.wire(), setup->simulated);
+  if (status && args.plant.empty()) status = fit_to_wire(wire_of(args), setup->simulated);
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   status = run_with(args, *setup, console);
   return status ? ExitCode::Ok : fail_with(status.error(), console);

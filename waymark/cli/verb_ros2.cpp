@@ -57,11 +57,7 @@ Example:
 }
 
 struct RelayArgs {
-  explicit RelayArgs(CLI::App& app) : network(app) {
-    add_option(app, "--from TOPIC", relay.from, "Topic the commands come on", kShown);
-    add_option(app, "--to TOPIC", relay.to, "Topic the robot listens to", kShown);
-    app.add_flag("--stamped", relay.stamped, "Both topics are TwistStamped instead of Twist");
-  }
+  explicit RelayArgs(CLI::App& app) : network(app) { add_fields(app, relay); }
 
   Ros2Flags network;
   RelayOptions relay{};

@@ -59,10 +59,7 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
     const auto args = std::make_shared<TopicArgs>(app);
     if (one_topic) {
       add_option(app, "topic TOPIC", args->topic, "Name of the topic, for example /odom", kRequired);
-      add_option(app, "--count INTEGER", args->limits.messages,
-                 "End after so many messages; 0: go on until Ctrl-C", between(0, 1'000'000'000));
-      add_option(app, "--seconds FLOAT", args->limits.duration_s, "End after so long; 0: go on until Ctrl-C",
-                 between(0.0, 1e9));
+      add_fields(app, args->limits);
     }
     return [args, run](Console& console) {
       const auto options = args->network.options();

@@ -6,21 +6,10 @@ namespace {
 
 struct RoutesArgs {
   explicit RoutesArgs(CLI::App& app) {
-    add_option(app, "MAP", job.folder, "Folder that `waymark map` wrote", kRequired);
     named = add_option(app, "--route NAME", route,
                        "Name of the route to list or edit. Unless given: the taught route for stations, all "
                        "routes for the list");
-    add_option(app, "--station NAME", job.station,
-               "Name of a station, a place where the robot stops for a while, to add or move");
-    add_option(app, "--at-m FLOAT", job.at_m, "Position of the station along the route, in metres",
-               between(0.0, 1e6));
-    add_option(app, "--at-tag TAG", job.at_tag,
-               "Tag whose nearest point of the route is the position of the station");
-    add_option(app, "--pause-s FLOAT", job.pause_s,
-               "Duration of the stop at the station; a station that is moved keeps its duration",
-               between(0.0, 86400.0))
-        ->default_str("5");
-    add_option(app, "--remove-station NAME", job.remove, "Name of a station to remove");
+    add_fields(app, job);
     app.add_flag("--json", json, "One JSON object a route instead of words");
   }
 

@@ -8,44 +8,18 @@
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/live/own_robot.hpp"
 #include "waymark/live/run_session.hpp"
-#include "waymark/live/start_recording.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct RunArgs {
+struct RunArgs : SessionWords {
   explicit RunArgs(CLI::App& verb)
       : settings(verb),
         setup(verb, {}, true),
         scene(settings, Reach::SettingsOnly),
         options(settings, Reach::SettingsOnly) {
     add_flags(verb, live);
-    add_option(verb, "-o,--output FOLDER", job.folder,
-               "Folder for what is written: lap.mcap, map/, replay.mcap", kRequired);
-    add_option(
-        verb, "--driver NAME", job.driver,
-        "Source of the operator's commands: gamepad, keyboard, lines (go, stop, quit and drive 0.3 -0.1 on "
-        "standard input), scripted (with --world) or page (with --view, and then the default)",
-        kShown);
-    add_option(verb, "--map FOLDER", job.map, "Folder of an existing map, which makes teaching unnecessary");
-    add_option(verb, "--route NAME", job.replay.route, "With --map: a route of that name (`waymark routes`)",
-               kMore);
-    add_option(verb, "--record-images HOW", job.images,
-               "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large",
-               one_of({"jpeg", "raw"}), kMore);
-    add_option(verb, "--calibration FILE", calibration,
-               "Calibration of this robot (calibration.yaml), also the initial values of what replays learn",
-               kMore);
-    add_option(verb, "--speed-m-s FLOAT", job.speed_m_s, "Speed at full forward deflection of the stick",
-               kShown, between(0.01, 5.0));
-    add_option(verb, "--laps NUMBER", job.replay.replay.laps, "Number of laps of a closed route", kShown,
-               between(0.01, 1000.0));
-    verb.add_flag("--images", images, "Let the simulated robot send pictures");
-    add_option(verb, "--pace FLOAT", pace,
-               "Real-time factor with --view and a simulated robot: simulated seconds per second; 0: as fast "
-               "as possible",
-               between(0.0, 100.0), kShown, kMore);
-    add_flags(verb, anchor);
+    add_fields(verb, static_cast<SessionWords&>(*this));
     verb.add_flag("--json", json, "One JSON object instead of words");
   }
 
@@ -54,11 +28,6 @@ struct RunArgs {
   SceneFlags scene;
   ReplayFlags options;
   ViewerOptions live{};
-  LoneAnchor anchor{};
-  SessionJob job{};
-  std::string calibration;
-  bool images = false;
-  double pace = 1;
   bool json = false;
 };
 

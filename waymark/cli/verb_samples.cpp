@@ -8,10 +8,8 @@ namespace {
 
 struct SamplesArgs {
   explicit SamplesArgs(CLI::App& app) {
-    add_option(app, "FOLDER", job.folder, "Folder to make; one that is not empty is refused", kRequired);
-    add_option(app, "--seed INTEGER", job.seed, "Seed of all noise: the same seed gives the same samples",
-               kShown)
-        ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
+    add_fields(app, job);
+    app.get_option("--seed")->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
     app.add_flag("--json", json, "One JSON object instead of words");
   }
 

@@ -6,41 +6,13 @@
 namespace waymark::cli {
 namespace {
 
-struct BoardArgs {
+struct BoardArgs : BoardDescription {
   explicit BoardArgs(CLI::App& verb)
       : settings(verb), paper(verb), board(settings, "board", kFirstGroup), tag_size(name_tag_size(verb)) {
-    add_option(
-        verb, "--style NAME", style,
-        "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, border of two "
-        "cells), separate (single tags, as AprilTag 3 and `waymark detect` read them), chessboard, or "
-        "charuco "
-        "(OpenCV's: a marker in each white square)",
-        kShown);
-    add_flag(verb, "--kalibr-yaml", kalibr_yaml,
-             "Also write the target file for Kalibr beside the board (.yaml)", kMore);
-    add_option(verb, "--square-size-m NUMBER", board_of_squares.size_m,
-               "Side of a square of a chessboard or ChArUco board");
-    add_option(verb, "--marker-size-m NUMBER", board_of_squares.marker_m,
-               "Side of the black square of a ChArUco board's marker");
-    add_option(verb, "--dictionary NAME", board_of_squares.dictionary,
-               "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000",
-               kShown, kMore);
-    add_flag(
-        verb, "--legacy-pattern", board_of_squares.legacy_pattern,
-        "A ChArUco board as OpenCV drew it before 4.6: with an even number of rows its upper left square is "
-        "white",
-        kMore);
-    add_flag(verb, "--tiled", tiled,
-             "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined");
+    add_fields(verb, static_cast<BoardDescription&>(*this));
   }
-  /// Whether it is made of squares: a chessboard or a ChArUco board.
-  [[nodiscard]] bool squares() const { return style == "chessboard" || style == "charuco"; }
 
   Settings settings;
-  std::string style = "aprilgrid";
-  bool kalibr_yaml = false;
-  CalibrationBoard board_of_squares{};  ///< of a chessboard or ChArUco board
-  bool tiled = false;
   PaperFlags paper;
   OptionFlags<plot::BoardOptions> board;
   CLI::Option* tag_size;
@@ -49,7 +21,7 @@ struct BoardArgs {
 /// Fails for an unknown style, and for flags that have no effect on it.
 Status check_style(const BoardArgs& args) {
   if (const Status known = check_board_style(args.style); !known) return known;
-  const bool squares = args.squares();
+  const bool squares = args.of_squares();
   const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
                              : "Leave it out, or choose --style chessboard or charuco.";
   const std::string why = fmt::format("this has no effect on the style {}", args.style);
@@ -85,7 +57,7 @@ Result<plot::SquareBoardLayout> plan_squares(const BoardArgs& args) {
     const CLI::Option* option = args.settings.app().get_option(flag);
     if (option->count() > 0) value = option->as<std::remove_reference_t<decltype(value)>>();
   };
-  plot::SquareBoardOptions options{.board = args.board_of_squares, .tiled = args.tiled};
+  plot::SquareBoardOptions options{.board = args.squares, .tiled = args.tiled};
   options.board.kind = *board_kind(args.style);
   options.board.columns = plot::BoardOptions().columns;
   options.board.rows = plot::BoardOptions().rows;
@@ -108,7 +80,7 @@ ExitCode draw_squares(const BoardArgs& args, Console& console) {
 
 ExitCode draw(const BoardArgs& args, Console& console) {
   if (const Status effective = check_style(args); !effective) return fail_usage(effective.error(), console);
-  if (args.squares()) return draw_squares(args, console);
+  if (args.of_squares()) return draw_squares(args, console);
   const auto planned = plan(args);
   if (!planned) return fail_usage(planned.error(), console);
   const bool of_kalibr = planned->layout.options.style == plot::BoardStyle::AprilGrid;

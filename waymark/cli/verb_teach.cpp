@@ -15,33 +15,9 @@ struct TeachArgs {
   explicit TeachArgs(CLI::App& verb)
       : settings(verb), setup(verb, {}, true), pictures(settings, Reach::SettingsOnly) {
     add_flags(verb, live);
-    add_option(verb, "-o,--output FILE", job.output, "Recording to write (.mcap); never written over another",
-               kRequired)
-        ->transform(recording_name());
-    add_option(verb, "--driver NAME", job.driver,
-               "Driver: scripted (follows the line of the world), keyboard or gamepad", kShown);
-    add_option(verb, "--speed-m-s FLOAT", job.speed_m_s,
-               "Cruising speed of the driver. Unless given: limited by the robot's maximum", kShown,
-               between(0.01, 5.0));
-    add_option(verb, "--second-speed-m-s FLOAT", job.second_speed_m_s,
-               "Second cruising speed, used alternately with the first every three metres: for `waymark "
-               "calibrate robot`",
-               between(0.01, 5.0), kMore);
-    const char* scripted = "Driver scripted";
-    add_option(verb, "--wander-m FLOAT", job.wander_m,
-               "Standard deviation of the lateral deviation from the line", kShown, between(0.0, 1.0),
-               in_group(scripted));
-    add_option(verb, "--wander-time-s FLOAT", job.wander_time_s,
-               "Correlation time of the lateral deviation; short makes the path wind", kShown,
-               between(0.1, 60.0), in_group(scripted));
-    add_option(verb, "--overlap-m FLOAT", job.overlap_m, "Distance driven past the start of a closed lap",
-               kShown, between(0.0, 1000.0), in_group(scripted));
-    add_option(verb, "--record-images HOW", job.images,
-               "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
-               "times as large",
-               one_of({"jpeg", "raw"}), kMore);
-    add_flags(verb, anchor);
-    add_flag(verb, "--durable", job.durable, kDurableHelp, kMore);
+    add_fields(verb, job);
+    verb.get_option("--output")->transform(recording_name());
+    add_fields(verb, anchor);
     verb.add_flag("--json", json, "One JSON object instead of words");
   }
 

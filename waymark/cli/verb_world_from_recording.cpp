@@ -4,21 +4,7 @@
 namespace waymark::cli {
 namespace {
 
-struct FromRecordingArgs {
-  explicit FromRecordingArgs(CLI::App& app) {
-    add_option(app, "RECORDING", job.recording, "Recorded drive: anything that `waymark info` reads",
-               kRequired);
-    add_option(app, "--map FOLDER", job.map, "Folder that `waymark map` made of this recording", kRequired);
-    add_option(app, "-o,--output FOLDER", job.folder, "Folder to write, not there yet or empty", kRequired);
-    add_option(app, "--robot NAME", job.robot,
-               "Robot whose body and behaviour are the start, by name or .yaml file. Unless given: "
-               "robot.yaml of the map");
-    app.add_flag("--json", json, "One JSON object instead of words");
-  }
-
-  WorldFromRecordingJob job{};
-  bool json = false;
-};
+using FromRecordingArgs = JobArgs<WorldFromRecordingJob>;
 
 ExitCode make_world_from(const FromRecordingArgs& args, Console& console) {
   const auto report = world_from_recording(args.job, control_from(console));

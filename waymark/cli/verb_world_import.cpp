@@ -4,29 +4,7 @@
 namespace waymark::cli {
 namespace {
 
-struct ImportArgs {
-  explicit ImportArgs(CLI::App& app) {
-    add_option(app, "FILE", job.file, "World or model in SDF (.sdf, .world)", kRequired);
-    add_option(app, "-o,--output FILE", job.output, "World to write (.yaml)", kRequired);
-    add_option(app, "--models FOLDER", job.folders,
-               "Folder in which model:// and pictures are looked for first (repeatable). Then: beside the "
-               "file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH");
-    add_option(app, "--family NAME", job.families, "Tag families to look for in the pictures", kShown,
-               kByCommas);
-    auto* path = app.add_option(
-        "--path", job.path,
-        "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive");
-    path->type_name("FILE");
-    add_option(app, "--start NAME", job.start,
-               "Model from which a line of one metre leads ahead, where there is no --path. Unless given: "
-               "the first model that is not static, else the origin")
-        ->excludes(path);
-    app.add_flag("--json", json, "One JSON object instead of words");
-  }
-
-  ImportWorldJob job{};
-  bool json = false;
-};
+using ImportArgs = JobArgs<ImportWorldJob>;
 
 ExitCode import_sdf(const ImportArgs& args, Console& console) {
   const auto report = import_world(args.job, control_from(console));

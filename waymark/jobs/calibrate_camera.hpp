@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/calibration_target.hpp"
 #include "waymark/jobs/detect_all.hpp"
 #include "waymark/jobs/video_views.hpp"
@@ -25,6 +26,35 @@ struct CalibrateCameraJob {
   bool force = false;         ///< outputs may replace files
   CameraCalibrationOptions options{};
   VideoViewOptions views{};  ///< which pictures of a video count
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sources, JobField("sources SOURCE",
+                                 "Pictures of the board: files, folders, quoted patterns, recordings, "
+                                 "videos; or a live camera such as v4l2:/dev/video0")
+                            .input());
+    visit(self.detections, JobField("detections FILE",
+                                    "Use this output of `waymark detect --json --covariance` instead of "
+                                    "pictures; - is standard input")
+                               .less());
+    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively").less());
+    TargetDescription::fields(self.target, visit);
+    visit(
+        self.lens,
+        JobField("lens NAME",
+                 "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of those that "
+                 "the output's format holds the simplest whose cross-validation error is as low as the best)")
+            .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
+    visit(self.output, JobField("output FILE",
+                                "Calibration to write: ours (.yaml, with the standard deviations), "
+                                "PhotonVision's (.json), or as --format says"));
+    visit(self.format, JobField("format NAME",
+                                "Format of --output: waymark, ros (camera_info), kalibr (camchain), "
+                                "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)"));
+    visit(self.camera_info,
+          JobField("camera_info FILE", "Calibration file to write in the format of ROS camera_info").less());
+    visit(self.force, JobField("force", "Replace a file that is there").less());
+  }
 };
 
 struct CalibrateCameraReport {

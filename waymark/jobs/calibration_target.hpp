@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/mapping/calibration/target_mark.hpp"
 #include "waymark/media/board_finder.hpp"
 #include "waymark/tags/tag_finder.hpp"
@@ -23,6 +24,42 @@ struct TargetDescription {
   std::string dictionary = "4x4_50";
   bool legacy_pattern = false;
   std::string map{};  ///< instead of a board: a file of tags whose places are known
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.kind, JobField("target NAME",
+                              "What is photographed: tags (`waymark tags board --style separate`), "
+                              "chessboard, charuco or aprilgrid (Kalibr's)")
+                         .one_of("tags,chessboard,charuco,aprilgrid"));
+    visit(self.columns,
+          JobField(
+              "cols INTEGER",
+              "Tags in a row of the board; of a chessboard or ChArUco board the squares, not their corners"));
+    visit(self.rows, JobField("rows INTEGER",
+                              "Tags in a column of the board; of a chessboard or ChArUco board the squares, "
+                              "not their corners"));
+    visit(self.tag_size_m,
+          JobField("tag_size_m NUMBER", "Side of the black square of a tag, measured on the print"));
+    visit(self.spacing, JobField("spacing NUMBER", "Gap between two tags, as a share of their size"));
+    visit(self.first_id, JobField("first_id INTEGER", "Number of the lower left tag, or of the first marker")
+                             .usually("0")
+                             .less());
+    visit(self.square_size_m,
+          JobField("square_size_m NUMBER",
+                   "Side of a square of a chessboard or ChArUco board, measured on the print"));
+    visit(self.marker_size_m,
+          JobField("marker_size_m NUMBER",
+                   "Side of the black square of a ChArUco board's marker, measured on the print"));
+    visit(self.dictionary,
+          JobField(
+              "dictionary NAME",
+              "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000"));
+    visit(self.legacy_pattern, JobField("legacy_pattern",
+                                        "A ChArUco board as OpenCV drew it before 4.6: with an even number "
+                                        "of rows its upper left square is white")
+                                   .less());
+    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags whose places are known well"));
+  }
 };
 
 /// A finder that finds nothing: the pictures are only read, for what finds a board in them.

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/jobs/poses.hpp"
 
@@ -18,6 +19,17 @@ struct CameraDescription {
   std::string name{};  ///< in a file of several
   std::string size{};  ///< "1280x720": of its pictures, to which the calibration is scaled; empty: as it is
   std::optional<double> readout_ms{};  ///< of a rolling shutter; goes before what the file says
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.name,
+          JobField("camera_name NAME", "Name of the camera of --camera, when the file holds several").less());
+    visit(self.size,
+          JobField("camera_size WIDTHxHEIGHT",
+                   "Size of the pictures, such as 1280x720, where the calibration was made at another one: "
+                   "it is scaled, which is right when both show the same field of view")
+              .less());
+  }
 };
 
 struct DescribedCamera {

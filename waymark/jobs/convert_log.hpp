@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/recording/export_log.hpp"
 
@@ -23,6 +24,39 @@ struct ConvertJob {
   std::string kind{};            ///< what a .csv holds: detections, odometry, imu, range-bearing
   std::string robot{};           ///< file or name with a camera, for tables and LCM logs that become MCAP
   double tag_latency_s = 0.065;  ///< how long before its stamp an MBot's picture was taken
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.format,
+          JobField("format NAME",
+                   "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT"));
+    visit(self.ros_distro,
+          JobField("ros_distro NAME",
+                   "Release of ROS 2 whose layout --format rosbag2 writes: humble or jazzy (jazzy)"));
+    visit(self.storage,
+          JobField("storage NAME",
+                   "Storage of --format rosbag2: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
+    visit(self.topics,
+          JobField("topics A,B", "Only these topics, with commas between them").also("topic").by_commas());
+    visit(
+        self.from,
+        JobField("from T", "Begin of the interval [s]: after the start, or with @ on the recording's clock"));
+    visit(self.to,
+          JobField("to T", "End of the interval [s]: after the start, or with @ on the recording's clock"));
+    visit(self.kind,
+          JobField("kind NAME", "Content of a .csv file: detections, odometry, imu or range-bearing")
+              .one_of("detections,odometry,imu,range-bearing"));
+    visit(
+        self.robot,
+        JobField(
+            "robot FILE",
+            "Camera and its mounting for tables and LCM logs that become .mcap: a robot's file, or a name"));
+    visit(
+        self.tag_latency_s,
+        JobField("tag_latency_s S",
+                 "Camera latency of an MBot: time from the exposure to the stamp of a picture [s] (LCM logs)",
+                 0.0, 10.0));
+  }
 };
 
 struct ConvertReport {

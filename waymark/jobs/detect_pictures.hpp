@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/detect_all.hpp"
 #include "waymark/jobs/poses.hpp"
 
@@ -17,6 +18,17 @@ struct DetectJob {
   std::optional<PoseSetup> poses{};
   /// For pictures with their tags drawn in: a folder, or a video that is written (by its name); empty: none.
   std::string annotate_folder{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sources,
+          JobField("sources SOURCE",
+                   "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
+                   "patterns such as 'lap/*.png', or live cameras such as v4l2:/dev/video0")
+              .input()
+              .required());
+    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+  }
 };
 
 /// Called with each picture, in order; `poses` has one entry a detection, or is empty. Returns whether to go

@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
 #include "waymark/samples/route.hpp"
 
 /// `waymark routes`: the routes of a map's folder, and where the robot pauses on them.
@@ -22,6 +23,23 @@ struct RoutesJob {
   std::string at_tag{};             ///< … or nearest to this tag
   std::optional<double> pause_s{};  ///< nothing: 5 s, or what a station that is moved had
   std::string remove{};             ///< a station
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.folder, JobField("folder MAP", "Folder that `waymark map` wrote").input().required());
+    visit(self.station,
+          JobField("station NAME",
+                   "Name of a station, a place where the robot stops for a while, to add or move"));
+    visit(self.at_m, JobField("at_m FLOAT", "Position of the station along the route, in metres", 0.0, 1e6));
+    visit(self.at_tag,
+          JobField("at_tag TAG", "Tag whose nearest point of the route is the position of the station"));
+    visit(self.pause_s,
+          JobField("pause_s FLOAT",
+                   "Duration of the stop at the station; a station that is moved keeps its duration", 0.0,
+                   86400.0)
+              .usually("5"));
+    visit(self.remove, JobField("remove_station NAME", "Name of a station to remove"));
+  }
 };
 
 /// Name ("" for the taught one) and route.

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/evaluation/detections.hpp"
 #include "waymark/jobs/detect_all.hpp"
 
@@ -19,6 +20,20 @@ struct EvaluateDetectionsJob {
   std::string detections{};  ///< … or what `waymark detect --json` wrote; -: standard input
   ClassEdges edges{};
   MatchOptions matching{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sources,
+          JobField("sources SOURCE", "Pictures to detect in: files, folders, or quoted patterns").input());
+    visit(self.truth, JobField("truth FILE",
+                               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where "
+                               "known, size_px, tilt_deg, family")
+                          .required());
+    visit(self.detections, JobField("detections FILE",
+                                    "Score this output of `waymark detect --json` instead of running the "
+                                    "detector; - is standard input"));
+    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+  }
 };
 
 struct EvaluateDetectionsReport {

@@ -143,10 +143,12 @@ Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job, const
 
 Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, const EvaluationInputs& inputs,
                                              const JobControl& control) {
-  TrajectoryReport report{.estimate = job.estimate,
-                          .reference = job.reference,
-                          .alignment = job.alignment,
-                          .options = job.scoring};
+  const std::optional<AlignmentKind> alignment = alignment_kind(job.alignment);
+  if (!alignment)
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no alignment", job.alignment),
+                {.key = "alignment"}, "There are none, se2, se3 and sim3.");
+  TrajectoryReport report{
+      .estimate = job.estimate, .reference = job.reference, .alignment = *alignment, .options = job.scoring};
   const SensorTime begin = inputs.estimate.front().stamp;
   EstimatedTrajectory chosen =
       within(inputs.estimate, begin + duration_of(job.from_s), begin + duration_of(job.to_s));

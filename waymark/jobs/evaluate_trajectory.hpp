@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/evaluation/path_scores.hpp"
 #include "waymark/evaluation/trajectory_scores.hpp"
 #include "waymark/jobs/trajectory_files.hpp"
@@ -19,14 +20,48 @@ struct EvaluateTrajectoryJob {
   std::string reference{};  ///< what is right: see read_reference()
   std::string estimate_topic{};
   std::string reference_topic{};
-  std::string odometry{};  ///< recording whose odometry is judged beside it; empty: none
-  std::string map{};       ///< whose tags the figure shows; empty: none
-  AlignmentKind alignment = AlignmentKind::None;
-  bool closed = false;  ///< the corners of the reference go back to the first one
-  double from_s = 0;    ///< after the start of the estimate
+  std::string odometry{};          ///< recording whose odometry is judged beside it; empty: none
+  std::string figures{};           ///< folder to draw into; empty: none
+  std::string map{};               ///< whose tags the figure shows; empty: none
+  std::string alignment = "none";  ///< an alignment_kind()
+  bool closed = false;             ///< the corners of the reference go back to the first one
+  double from_s = 0;               ///< after the start of the estimate
   double to_s = 1e9;
   double time_offset_s = 0;  ///< added to the stamps of the reference
   TrajectoryScoreOptions scoring{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.estimate,
+          JobField("estimate EST", "What is judged: a recording with poses, or a TUM file").input());
+    visit(self.reference, JobField("reference REF",
+                                   "What is right: a recording with /truth/pose, a TUM file, a route.yaml, "
+                                   "or a CSV of corners (x_m,y_m), of which only the path is known")
+                              .input());
+    visit(self.estimate_topic, JobField("est_topic TOPIC", "Topic of EST's poses; usually /waymark/pose"));
+    visit(self.reference_topic, JobField("ref_topic TOPIC", "Topic of REF's poses; usually /truth/pose"));
+    visit(
+        self.alignment,
+        JobField(
+            "alignment KIND",
+            "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
+            .one_of("none,se2,se3,sim3"));
+    visit(self.closed,
+          JobField("closed", "Compare a closed loop: the corners of REF return to the first one"));
+    visit(self.odometry, JobField("odometry LOG",
+                                  "Evaluate the wheel odometry, and wheels with gyro, of this recording "
+                                  "beside EST, started at the same pose"));
+    visit(self.from_s,
+          JobField("from S", "Begin of the evaluated interval, in seconds from the start of EST"));
+    visit(
+        self.to_s,
+        JobField("to S", "End of the evaluated interval, in seconds from the start of EST").without_usual());
+    visit(self.time_offset_s,
+          JobField("time_offset_s NUMBER", "Clock offset that is added to the stamps of REF").usually("0"));
+    visit(self.figures,
+          JobField("figures FOLDER", "Folder for figures: paths from above, error along the way"));
+    visit(self.map, JobField("map FILE", "Map whose tags the figure shows"));
+  }
 };
 
 /// What there is to say about one trajectory.

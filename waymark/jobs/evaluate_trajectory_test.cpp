@@ -70,7 +70,7 @@ TEST_F(EvaluateTrajectoryFiles, OnlyAnAlignmentForgivesAnotherFrame) {
   EXPECT_GT(plain->rows.front().scores->ate_m.rmse, 2);
   EXPECT_THAT(notes, HasSubstr("aligned (--alignment se2) the ATE is 0.0000 m"));
   notes.clear();
-  job_.alignment = AlignmentKind::Se2;
+  job_.alignment = "se2";
   const auto aligned = evaluated(job_, control);
   EXPECT_EQ(notes, "");
   ASSERT_TRUE(aligned) << to_string(aligned.error());

@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/sdf/sdf_scene.hpp"
 #include "waymark/simulation/world.hpp"
@@ -23,6 +24,23 @@ struct ImportWorldJob {
                         ///< ahead of `start`
   std::string start{};  ///< model at which a line of that kind begins; empty: the first that can move, else
                         ///< the origin
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.file, JobField("file FILE", "World or model in SDF (.sdf, .world)").input().required());
+    visit(self.output, JobField("output FILE", "World to write (.yaml)").required());
+    visit(self.folders, JobField("models FOLDER",
+                                 "Folder in which model:// and pictures are looked for first (repeatable). "
+                                 "Then: beside the file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH"));
+    visit(self.families, JobField("family NAME", "Tag families to look for in the pictures").by_commas());
+    visit(self.path,
+          JobField("path FILE",
+                   "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive"));
+    visit(self.start, JobField("start NAME",
+                               "Model from which a line of one metre leads ahead, where there is no --path. "
+                               "Unless given: the first model that is not static, else the origin")
+                          .excludes("path"));
+  }
 };
 
 struct ImportWorldReport {

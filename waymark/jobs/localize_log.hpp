@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/pipeline/localizer.hpp"
@@ -34,6 +35,35 @@ struct LocalizeJob {
       true;  ///< noise of motion and observations from the recording, where what is assumed does not fit
   RiekfOptions filter{};
   AnchorOptions anchor{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.logs, JobField("logs LOG",
+                              "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables; or a video; "
+                              "or a live camera: v4l2:/dev/video0. None with --robot KIND:ADDRESS")
+                         .input());
+    visit(self.map, JobField("map FILE",
+                             "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics "
+                             "Academy, CSV with id, x, y, or a field layout of WPILib or Limelight")
+                        .required());
+    visit(self.robot,
+          JobField("robot NAME",
+                   "Robot to localise while somebody else drives it, KIND:ADDRESS as `waymark teach` has it "
+                   "(ros2:limo, mbot:); or of a recording its camera and mounting: a robot's file, or a "
+                   "name. Unless given: the recording's, or those of robot.yaml beside the map"));
+    CameraChoice::fields(self.frames, visit);
+    visit(self.calibration, JobField("calibration FILE", "Calibration of this robot (calibration.yaml)"));
+    visit(self.output, JobField("output FILE",
+                                "Record the estimates (.mcap), or write the certain ones as poses, one a "
+                                "line (.txt, .tum: TUM)"));
+    visit(self.tag_size_m,
+          JobField("tag_size_m NUMBER", "Tag size where the map has none (0.24 for the Academy's)"));
+    visit(self.sensor_pose,
+          JobField("sensor_pose NUMBER", "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
+              .parts(3));
+    visit(self.start,
+          JobField("start NUMBER", "Initial pose of the robot, if it is known: x y [m], yaw [deg]").parts(3));
+  }
 };
 
 /// Everything that was read.

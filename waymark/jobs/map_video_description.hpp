@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/map_video.hpp"
 
@@ -22,6 +23,66 @@ struct MapVideoDescription {
   std::vector<std::string> floor{};
   std::vector<std::string> planes{};  ///< each: tags on one plane, "3,4,7"
   double level_sigma_deg = 1;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.camera.file,
+          JobField("camera FILE",
+                   "Calibration of the camera of a video, or of the recording of a camera (calibration.yaml, "
+                   "ROS camera_info, kalibr YAML or JSON of PhotonVision); the standard deviations of a "
+                   "calibration.yaml become part of the map's")
+              .grouped("Videos"));
+    CameraDescription::fields(self.camera, visit);
+    visit(self.camera.readout_ms,
+          JobField(
+              "readout_ms NUMBER",
+              "Time from the first row to the last of the camera's rolling shutter, in milliseconds; "
+              "negative when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+              -200.0, 200.0)
+              .grouped("Videos"));
+    visit(self.tag_size_sigma_m, JobField("tag_size_sigma_m NUMBER",
+                                          "Standard deviation of --tag-size-m, the same error for all tags "
+                                          "of a video [m]; it becomes part of the map's covariance",
+                                          0.0, 1.0)
+                                     .less());
+    visit(self.distances, JobField("distance TAG,TAG,METRES",
+                                   "A measured distance between the centres of two tags of a video, which "
+                                   "gives the scale: ids, metres and, unless it is 0.005 m, its standard "
+                                   "deviation, such as 3,7,2.41 or 3,7,2.41,0.002. May be repeated")
+                              .grouped("Videos"));
+    visit(self.upright,
+          JobField("upright TAGS",
+                   "Tags of a video that hang upright on vertical walls, such as 3,7: they level the map")
+              .by_commas()
+              .grouped("Videos"));
+    visit(self.floor, JobField("floor TAGS",
+                               "Tags of a video that lie on the floor: they level the map, and z is 0 there")
+                          .by_commas()
+                          .grouped("Videos"));
+    visit(
+        self.planes,
+        JobField(
+            "plane TAGS",
+            "Tags of a video that are on one plane, such as one wall, wherever it is: 3,4,7. May be repeated")
+            .grouped("Videos"));
+    visit(
+        self.level_sigma_deg,
+        JobField(
+            "level_sigma_deg NUMBER",
+            "Standard deviation of the directions of the tags of --upright, --floor and --plane, in degrees",
+            1e-3, 45.0)
+            .less());
+    visit(self.prior_sigma_m, JobField("prior_sigma_m NUMBER",
+                                       "Standard deviation of the places of --prior, for a video: its tags "
+                                       "then hold the map, each within it [m]",
+                                       1e-6, 10.0)
+                                  .less());
+    visit(self.prior_sigma_deg, JobField("prior_sigma_deg NUMBER",
+                                         "Standard deviation of the directions of the tags of --prior, for a "
+                                         "video, in degrees. Unless given, with --prior-sigma-m: 2",
+                                         1e-4, 180.0)
+                                    .less());
+  }
 };
 
 /// A job with the camera, anchors, distances and levels of the description; what else it needs is the

@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
 
 /// `waymark migrate`: maps, routes and calibrations of older versions in the form that this version writes.
 namespace waymark {
@@ -14,6 +15,13 @@ namespace waymark {
 struct MigrateJob {
   std::filesystem::path input{};   ///< a file, or a folder with all folders in it
   std::filesystem::path output{};  ///< folder to write; is not there yet, or empty
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.input,
+          JobField("input INPUT", "Folder that `waymark map` wrote, or one file").input().required());
+    visit(self.output, JobField("output FOLDER", "Folder to write, not there yet or empty").required());
+  }
 };
 
 struct MigratedFile {

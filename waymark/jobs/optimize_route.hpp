@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/replay/route_optimizer.hpp"
 
 /// `waymark optimize`: a faster or smoother route beside a taught one.
@@ -15,6 +16,12 @@ struct OptimizeJob {
   std::string name = "best";  ///< of the new route
   OptimizerOptions options{};
   ProfileOptions profile{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.folder, JobField("folder MAP", "Folder that `waymark map` wrote").input().required());
+    visit(self.name, JobField("name NAME", "Name of the new route; the taught one stays as it is"));
+  }
 };
 
 /// The options of the optimisation in a .yaml file.

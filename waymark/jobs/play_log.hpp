@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {
@@ -14,6 +15,18 @@ struct LogPart {
   std::vector<std::string> topics{};  ///< empty: all
   double from_s = 0;                  ///< after the first message
   double to_s = std::numeric_limits<double>::infinity();
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.topics,
+          JobField("topics TOPIC,…", "Only these topics, with commas between them. Unless given: all")
+              .by_commas());
+    visit(self.from_s,
+          JobField("from SECONDS", "Begin this many seconds after the first message").usually("0"));
+    visit(self.to_s,
+          JobField("to SECONDS", "End this many seconds after the first message. Unless given: with the file")
+              .without_usual());
+  }
 };
 /// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no
 /// sense or lie behind its end.

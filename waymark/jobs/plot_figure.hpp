@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 
 /// One figure of a report in a file of its own.
@@ -14,6 +15,13 @@ struct PlotJob {
   std::string figure{};             ///< empty: the figures are listed, and nothing is written
   std::string output{};             ///< .svg, .png or .pdf; empty: FIGURE.svg
   bool force = false;               ///< replace a file that is there
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.figure, JobField("figure NAME", "Name of the figure. Unless given: the figures are listed"));
+    visit(self.output, JobField("output FILE", "File to write: .svg, .png or .pdf (usual: NAME.svg)"));
+    visit(self.force, JobField("force", "Replace a file that is there"));
+  }
 };
 
 struct PlotReport {

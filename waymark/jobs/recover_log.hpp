@@ -4,6 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/recording/mcap_recover.hpp"
 
 /// `waymark recover`: what is whole of a damaged recording, in a new one.
@@ -12,6 +13,16 @@ namespace waymark {
 struct RecoverJob {
   std::string file;
   std::string output{};  ///< empty: lap.recovered.mcap beside lap.mcap
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.file, JobField("file FILE", "Recording (.mcap) that was cut, damaged or never finished")
+                         .input()
+                         .required());
+    visit(self.output,
+          JobField("output FILE",
+                   "The file to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap"));
+  }
 };
 
 struct RecoverReport {

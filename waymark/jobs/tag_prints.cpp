@@ -12,6 +12,12 @@
 
 namespace waymark {
 
+Result<FamilyId> described_family(const PaperDescription& description) {
+  auto id = parse_family(description.family);
+  if (!id) id.error().place.key = "family";
+  return id;
+}
+
 Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board) {
   std::vector<plot::Cells> markers;
   if (board.kind != BoardKind::Charuco) return markers;

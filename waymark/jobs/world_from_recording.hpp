@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/simulation/world.hpp"
@@ -20,6 +21,19 @@ struct WorldFromRecordingJob {
   std::filesystem::path map{};     ///< folder that `waymark map` wrote
   std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; not there yet, or empty
   std::string robot{};             ///< file or name, for a map without robot.yaml
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.recording,
+          JobField("recording RECORDING", "Recorded drive: anything that `waymark info` reads")
+              .input()
+              .required());
+    visit(self.map, JobField("map FOLDER", "Folder that `waymark map` made of this recording").required());
+    visit(self.folder, JobField("output FOLDER", "Folder to write, not there yet or empty").required());
+    visit(self.robot, JobField("robot NAME",
+                               "Robot whose body and behaviour are the start, by name or .yaml file. Unless "
+                               "given: robot.yaml of the map"));
+  }
 };
 
 /// One number that the recording told, and the key of the file it went into.

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/commission_record.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
@@ -16,9 +17,27 @@
 namespace waymark {
 
 struct CommissionJob {
+  bool yes = false;          ///< whoever starts it asks no person
   bool skip_lifted = false;  ///< straight to the floor; the stops are tried there
   double tag_size_m = 0;     ///< of the tags that may be in view; 0: those of the world, else none
   std::string output{};      ///< file of the robot to write; empty: commission_file()
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.output,
+          JobField("output FILE",
+                   "Robot's file to write the result into. Unless given: that of --robot-file; of a robot "
+                   "that comes with this program, a file of its name in the current folder"));
+    visit(self.yes,
+          JobField(
+              "yes",
+              "Do not ask: the robot stands where it may drive, and checks that need a person are left out"));
+    visit(self.skip_lifted, JobField("skip_lifted", "Leave out the drive with lifted wheels"));
+    visit(self.tag_size_m,
+          JobField("tag_size_m FLOAT",
+                   "Side of the black squares of the tags that are in view, which measure the drive as well",
+                   0.001, 10.0));
+  }
 };
 
 /// Whoever stands beside the robot.

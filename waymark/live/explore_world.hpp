@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
@@ -19,6 +20,15 @@ struct ExploreJob {
   std::string output{};  ///< recording to write; empty: none
   ExploreOptions explore{};
   RiekfOptions filter{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.map, JobField("map PATH",
+                             "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, "
+                             "as a person measured them"));
+    visit(self.minutes, JobField("minutes NUMBER", "Duration of the drive", 0.01, 10000.0));
+    visit(self.output, JobField("output FILE", "Recording to write of the drive (.mcap)"));
+  }
 };
 
 struct ExploreReport {

@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/live/ros2_node.hpp"
@@ -22,6 +23,21 @@ struct PageOptions {
   std::string listen = "127.0.0.1";
   std::string token = {};  ///< empty: a random one, where one is needed
   bool open = false;       ///< in the browser
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.port,
+          JobField("port INT", "Port of the page; where it is taken, any other. 0: any", 0, 65535));
+    visit(
+        self.listen,
+        JobField(
+            "listen ADDRESS",
+            "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token"));
+    visit(self.token, JobField("token WORD",
+                               "Token that grants control and remote viewing: 16 characters or more. Unless "
+                               "given: a random one"));
+    visit(self.open, JobField("open", "Open the page in the browser"));
+  }
 };
 
 /// Who may watch a session while it runs, if anybody.

@@ -8,12 +8,14 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/jobs/replay_setup.hpp"
 #include "waymark/jobs/stopwatch.hpp"
 #include "waymark/live/replay_notes.hpp"
 #include "waymark/live/robot_setup.hpp"
+#include "waymark/live/start_recording.hpp"
 
 namespace waymark {
 
@@ -33,6 +35,44 @@ struct ReplayJob {
   ReplayOptions replay{};                    ///< laps, controller, limits
   std::optional<Calibration> calibration{};  ///< of the robot's camera
   LiveFeed* feed = nullptr;                  ///< of viewers, if there are any
+};
+
+/// What a user says of a replay, but options.
+struct ReplayWords {
+  ReplayJob job{};
+  std::string method = "riekf";         ///< as choose_replay() has it ...
+  std::string controller = "follower";  ///< ... both
+  std::string calibration{};            ///< calibration.yaml; empty: none
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.job.folder, JobField("folder MAP", "Folder that `waymark map` wrote").input().required());
+    visit(self.method, JobField("method NAME",
+                                "Localisation method: riekf (right-invariant extended Kalman filter), ekf "
+                                "(extended Kalman filter) or anchor (nearest tag and odometry)"));
+    visit(self.controller, JobField("controller NAME",
+                                    "Controller: follower (curvature feed-forward and error feedback), "
+                                    "pursuit (pure pursuit) or pose (goal to goal)"));
+    visit(self.job.route, JobField("route NAME",
+                                   "Name of the route to drive, of another lap (`waymark map --route-name`) "
+                                   "or optimised (`waymark optimize`, which is judged by itself); `waymark "
+                                   "routes` lists them. Unless given: the taught route"));
+    visit(self.calibration, JobField("calibration FILE",
+                                     "Calibration of this robot (calibration.yaml); its yaw gain is the "
+                                     "initial value that the follower learns from"));
+    visit(self.job.replay.laps, JobField("laps NUMBER", "Number of laps of a closed route"));
+    visit(self.job.output, JobField("output FILE", "Recording to write of the replay (.mcap)"));
+    visit(self.job.images, JobField("record_images HOW",
+                                    "With -o: also record the pictures (with --images, or of a robot that "
+                                    "sends them): jpeg, or raw, ten times as large")
+                               .one_of("jpeg,raw")
+                               .less());
+    visit(self.job.durable, JobField("durable", kDurableHelp).less());
+    visit(self.job.taught,
+          JobField("taught FILE",
+                   "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder")
+              .less());
+  }
 };
 
 /// What calibration.yaml knows better than the robot's file: camera and mounting, the filter's scales, and

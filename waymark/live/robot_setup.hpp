@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/drivers/watchdog/robot_command.hpp"
@@ -20,6 +21,26 @@ struct PictureSettings {
   std::string detector = DetectorOptions{}.detector;
   int search_every = 1;    ///< one picture in so many is searched wholly, tags are followed in the others
   bool in_strips = false;  ///< each picture has a strip of it searched instead
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.detector, JobField("detector NAME",
+                                  "Detector for the pictures of a robot that is a process: waymark (this "
+                                  "project's own), or apriltag3 (slower)")
+                             .one_of("waymark,apriltag3")
+                             .less());
+    visit(self.search_every,
+          JobField(
+              "search_every N",
+              "Search only one picture in N wholly, and follow tags in the others, for less processor time; "
+              "a tag that comes into view is found up to N pictures later; of a robot that is a process",
+              1, 1000)
+              .less());
+    visit(self.in_strips, JobField("search_strips",
+                                   "With --search-every N: search another strip of each picture instead of "
+                                   "one picture in N, so that each costs the same")
+                              .less());
+  }
 };
 
 /// A robot in its world, and the files that describe them.

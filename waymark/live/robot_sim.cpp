@@ -59,6 +59,13 @@ Status run_as_ros2(const RobotSimJob& job, Plant& plant, const SimulatedSetup& s
 
 }  // namespace
 
+SimWire wire_of(const RobotSimWords& request) {
+  if (request.limo) return SimWire::Limo;
+  if (!request.job.mbot_address.empty()) return SimWire::Mbot;
+  if (!request.job.gazebo_profile.empty()) return SimWire::Gazebo;
+  return request.ros2 ? SimWire::Ros2 : SimWire::Process;
+}
+
 Status fit_to_wire(SimWire wire, SimulatedSetup& setup) {
   if (wire != SimWire::Gazebo) return {};
   constexpr double kNever_s = 1e6;  // Gazebo's diff drive goes on with the last command for ever

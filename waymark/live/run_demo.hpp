@@ -3,8 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/map_recording.hpp"
 #include "waymark/live/replay_route.hpp"
+#include "waymark/live/start_recording.hpp"
 #include "waymark/live/teach_lap.hpp"
 
 namespace waymark {
@@ -13,6 +15,15 @@ struct DemoJob {
   std::string folder = "demo";
   bool images = false;
   ReplayJob replay{};  ///< laps, options; files and noise are the demo's
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.folder, JobField("output FOLDER", "Folder for recordings, map and figures"));
+    visit(self.replay.replay.laps, JobField("laps NUMBER", "Number of laps of the replay", 0.01, 1000.0));
+    visit(self.images,
+          JobField("images", "Render camera pictures, detect tags in them, and record them as JPEG"));
+    visit(self.replay.durable, JobField("durable", kDurableHelp).less());
+  }
 };
 
 struct DemoReport {

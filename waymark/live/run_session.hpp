@@ -6,8 +6,10 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/live/replay_route.hpp"
 #include "waymark/live/session_files.hpp"
+#include "waymark/live/start_recording.hpp"
 #include "waymark/live/teach_lap.hpp"
 #include "waymark/runtime/operator_session.hpp"
 
@@ -25,6 +27,52 @@ struct SessionJob {
   ReplayJob replay{};        ///< method, options; folder and output are the session's
   MapMaker make_map{};       ///< empty: map_recording()
   LiveFeed* feed = nullptr;  ///< of viewers, if there are any
+};
+
+/// What a user says of a session, but options.
+struct SessionWords {
+  SessionJob job{};
+  std::string calibration{};  ///< calibration.yaml; empty: none
+  bool images = false;        ///< the simulated robot sends pictures
+  double pace = 1;            ///< of a simulated robot that is watched; 0: as fast as possible
+  LoneAnchor anchor{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.job.folder,
+          JobField("output FOLDER", "Folder for what is written: lap.mcap, map/, replay.mcap").required());
+    visit(
+        self.job.driver,
+        JobField(
+            "driver NAME",
+            "Source of the operator's commands: gamepad, keyboard, lines (go, stop, quit and drive 0.3 -0.1 "
+            "on standard input), scripted (with --world) or page (with --view, and then the default)"));
+    visit(self.job.map,
+          JobField("map FOLDER", "Folder of an existing map, which makes teaching unnecessary"));
+    visit(self.job.replay.route,
+          JobField("route NAME", "With --map: a route of that name (`waymark routes`)").less());
+    visit(self.job.images,
+          JobField("record_images HOW",
+                   "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large")
+              .one_of("jpeg,raw")
+              .less());
+    visit(self.calibration,
+          JobField(
+              "calibration FILE",
+              "Calibration of this robot (calibration.yaml), also the initial values of what replays learn")
+              .less());
+    visit(self.job.speed_m_s,
+          JobField("speed_m_s FLOAT", "Speed at full forward deflection of the stick", 0.01, 5.0));
+    visit(self.job.replay.replay.laps,
+          JobField("laps NUMBER", "Number of laps of a closed route", 0.01, 1000.0));
+    visit(self.images, JobField("images", "Let the simulated robot send pictures"));
+    visit(self.pace, JobField("pace FLOAT",
+                              "Real-time factor with --view and a simulated robot: simulated seconds per "
+                              "second; 0: as fast as possible",
+                              0.0, 100.0)
+                         .less());
+    LoneAnchor::fields(self.anchor, visit);
+  }
 };
 
 struct SessionReport {

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/pipeline/teacher.hpp"
@@ -17,9 +18,22 @@ namespace waymark {
 void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m);
 
 /// What the map of a robot that is a process will stand on, where no file of a world says it.
+/// Of the field `durable` of what records.
+inline constexpr std::string_view kDurableHelp =
+    "Sync the recording each second: a power cut loses no more than that, at the price of a busy disk";
+
 struct LoneAnchor {
   std::string anchor{};   ///< "tag36h11:0", or its id; empty: not given
   double tag_size_m = 0;  ///< 0: not given
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.anchor, JobField("anchor TAG",
+                                "Anchor tag of the map with --robot process, for example tag36h11:0, or its "
+                                "id; it must be in view where the lap begins and ends"));
+    visit(self.tag_size_m,
+          JobField("tag_size_m FLOAT", "With --robot process: side of the tags' black squares", 0.001, 10.0));
+  }
 };
 /// Gives the setup an anchor where its world is not known. Fails when it must be given and is not, and the
 /// other way round.

@@ -4,9 +4,11 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/jobs/stopwatch.hpp"
 #include "waymark/live/robot_setup.hpp"
+#include "waymark/live/start_recording.hpp"
 #include "waymark/pipeline/teacher.hpp"
 
 namespace waymark {
@@ -27,6 +29,38 @@ struct TeachJob {
   bool durable = false;                ///< also a power cut loses at most a second
   std::string images{};                ///< how pictures are recorded: raw, jpeg; empty: not at all
   LiveFeed* feed = nullptr;            ///< of viewers, if there are any
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.output,
+          JobField("output FILE", "Recording to write (.mcap); never written over another").required());
+    visit(self.driver,
+          JobField("driver NAME", "Driver: scripted (follows the line of the world), keyboard or gamepad"));
+    visit(self.speed_m_s,
+          JobField("speed_m_s FLOAT",
+                   "Cruising speed of the driver. Unless given: limited by the robot's maximum", 0.01, 5.0));
+    visit(self.second_speed_m_s, JobField("second_speed_m_s FLOAT",
+                                          "Second cruising speed, used alternately with the first every "
+                                          "three metres: for `waymark calibrate robot`",
+                                          0.01, 5.0)
+                                     .less());
+    visit(self.wander_m,
+          JobField("wander_m FLOAT", "Standard deviation of the lateral deviation from the line", 0.0, 1.0)
+              .grouped("Driver scripted"));
+    visit(self.wander_time_s,
+          JobField("wander_time_s FLOAT",
+                   "Correlation time of the lateral deviation; short makes the path wind", 0.1, 60.0)
+              .grouped("Driver scripted"));
+    visit(self.overlap_m,
+          JobField("overlap_m FLOAT", "Distance driven past the start of a closed lap", 0.0, 1000.0)
+              .grouped("Driver scripted"));
+    visit(self.images, JobField("record_images HOW",
+                                "Also record the pictures (with --images, or of a robot that sends them): "
+                                "jpeg, or raw, ten times as large")
+                           .one_of("jpeg,raw")
+                           .less());
+    visit(self.durable, JobField("durable", kDurableHelp).less());
+  }
 };
 
 struct TeachReport {

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 
 /// `waymark samples`: simulated data to learn with, each piece with its truth.
@@ -14,6 +15,13 @@ namespace waymark {
 struct SamplesJob {
   std::string folder{};    ///< that is made; fails where one stands that is not empty
   std::uint64_t seed = 1;  ///< of everything in it
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.folder,
+          JobField("folder FOLDER", "Folder to make; one that is not empty is refused").input().required());
+    visit(self.seed, JobField("seed INTEGER", "Seed of all noise: the same seed gives the same samples"));
+  }
 };
 
 struct SamplesReport {

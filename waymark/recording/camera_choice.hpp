@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/recording/camera_facts.hpp"
 
 namespace waymark {
@@ -16,6 +17,27 @@ struct CameraChoice {
   std::string camera_topic{};    ///< of its pictures, tags or calibration, or the namespace above them
   std::string odometry_topic{};  ///< of several
   std::string imu_topic{};       ///< of several
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.base_frame, JobField("base_frame FRAME",
+                                    "Frame of the robot's base. Unless given: child_frame_id of the "
+                                    "odometry, else base_link or base_footprint")
+                               .grouped("Recordings of other robots"));
+    visit(self.camera_frame,
+          JobField("camera_frame FRAME",
+                   "Optical frame of the camera (x right, y down, z ahead); of several cameras the one with "
+                   "this frame. Unless given: that of the header of its tags, pictures or calibration")
+              .grouped("Recordings of other robots"));
+    visit(self.camera_topic,
+          JobField("camera_topic TOPIC",
+                   "Topic, or namespace such as /camera/color, of the camera to use, of several")
+              .grouped("Recordings of other robots"));
+    visit(self.odometry_topic, JobField("odometry_topic TOPIC", "Topic of the odometry to use, of several")
+                                   .grouped("Recordings of other robots"));
+    visit(self.imu_topic, JobField("imu_topic TOPIC", "Topic of the IMU to use, of several")
+                              .grouped("Recordings of other robots"));
+  }
 };
 
 /// The one camera of a recording that is used, and where it sits.

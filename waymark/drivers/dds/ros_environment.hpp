@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/drivers/dds/bus.hpp"
 
 namespace waymark {
@@ -18,12 +19,29 @@ using Environment = std::function<std::optional<std::string>(const char* name)>;
 /// and ROS_SECURITY_ENCLAVE_OVERRIDE. Fails on a value that makes no sense, as ROS does.
 [[nodiscard]] Status apply_ros_environment(BusOptions& options, const Environment& environment);
 
+/// Of the field `ros_distro` of what joins the network.
+inline constexpr std::string_view kRosDistroHelp =
+    "Release of ROS 2 whose `ros2 node list` shows this program: humble, jazzy, ...; unless given: none "
+    "does. A wrong one may crash its programs";
+
 /// Where on the network of ROS 2, as a user says it.
 struct RosPlace {
   int domain = -1;           ///< negative: as the environment says
   bool localhost = false;    ///< only this machine
   std::string interface {};  ///< the only one to use: its name or IPv4 address; empty: all
   std::string distro{};      ///< release whose node list shows this program; empty: none does
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.domain,
+          JobField("domain INTEGER", "Domain of ROS 2; unless given: ROS_DOMAIN_ID, or 0", 0, 232)
+              .without_usual());
+    visit(self.localhost, JobField("localhost", "Only this machine, as ROS_LOCALHOST_ONLY=1"));
+    visit(self.interface,
+          JobField("interface NAME", "Only network interface to use: its name or IPv4 address")
+              .excludes("localhost"));
+    visit(self.distro, JobField("ros_distro NAME", kRosDistroHelp).less());
+  }
 };
 
 /// As the node of this name: the place over what the environment says. Errors: of the environment; what

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/limo/limo_messages.hpp"
 #include "waymark/drivers/process/robot_wire.hpp"
@@ -16,6 +17,16 @@ struct LimoRobotOptions {
   bool simulated = false;                           ///< no LIMO is at the other end: the hello says so
   Duration report_after = std::chrono::seconds(3);  ///< without LIMO's answer: what was heard is said
   Duration give_up_after = std::chrono::seconds(12);
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.beside, JobField("beside FIFO",
+                                "Named pipe with further lines of a robot process, stamped by this machine's "
+                                "steady clock: a lidar, a camera with a detector of its own"));
+    visit(self.simulated,
+          JobField("simulated",
+                   "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)"));
+  }
 };
 
 /// The drive that a robot's file describes: Ackermann or Differential.

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/drivers/dds/bus.hpp"
 #include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/process/command_repeat.hpp"
@@ -16,6 +17,13 @@ struct RelayOptions {
   std::string to = "/cmd_vel";
   bool stamped = false;  ///< both are TwistStamped
   CommandRepeatOptions repeat{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.from, JobField("from TOPIC", "Topic the commands come on"));
+    visit(self.to, JobField("to TOPIC", "Topic the robot listens to"));
+    visit(self.stamped, JobField("stamped", "Both topics are TwistStamped instead of Twist"));
+  }
 };
 
 struct RelayCounts {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/drivers/dds/bus.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 
@@ -43,6 +44,13 @@ struct WatchLimits {
   int messages = 0;                             ///< 0: any number
   double duration_s = 0;                        ///< 0: without an end
   Duration patience = std::chrono::seconds(3);  ///< until somebody publishes it
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.messages,
+          JobField("count INTEGER", "End after so many messages; 0: go on until Ctrl-C", 0, 1'000'000'000));
+    visit(self.duration_s, JobField("seconds FLOAT", "End after so long; 0: go on until Ctrl-C", 0.0, 1e9));
+  }
 };
 /// Gives each message of a topic to `take` until the limits, should_stop(), or an error of `take`. Fails
 /// where nobody publishes the topic, and where no message came.
