@@ -17,7 +17,7 @@ struct JobField : Field {
       : Field{named.substr(0, named.find(' ')), what, least, most},
         value_name(named.substr(name.size() + (name.size() < named.size() ? 1 : 0))) {}
 
-  /// An input, not a flag: a word by itself, called as its value is.
+  /// An input, not a flag: a word by itself, called as its value is ("RUN", or "RUN ...").
   [[nodiscard]] constexpr JobField input() const { return with(&JobField::is_input, true); }
   [[nodiscard]] constexpr JobField required() const { return with(&JobField::is_required, true); }
   /// Needed less: only --help-all shows it.

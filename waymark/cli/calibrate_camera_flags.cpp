@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 
 #include "waymark/cli/job_flags.hpp"
-#include "waymark/live/calibrate_guided.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -65,18 +64,6 @@ Status check_guided_flags(const CalibrateCameraArgs& args, bool live) {
   return refused.status();
 }
 
-/// What is calibrated on must be named, one way or the other.
-Status check_sources(const CalibrateCameraArgs& args) {
-  if (args.job.sources.empty() != args.job.detections.empty()) return {};
-  if (args.job.sources.empty() && (args.guided || !args.folder.empty()))
-    return fail(
-        ErrorCode::InvalidArgument, "what the views are taken from is not said",
-        {.key = args.folder.empty() ? "--guided" : "--resume"},
-        "Name a live camera, such as v4l2:/dev/video0, or a video. The views of an earlier calibration "
-        "alone are pictures: give their folder in place of a camera.");
-  return fail(ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected");
-}
-
 }  // namespace
 
 CalibrateCameraArgs::CalibrateCameraArgs(CLI::App& verb)
@@ -85,17 +72,7 @@ CalibrateCameraArgs::CalibrateCameraArgs(CLI::App& verb)
       views(settings, "views", "Views of a video"),
       guide(settings, "guide", "Guided calibration", Reach::SettingsOnly),
       detector(settings, kMoreGroup) {
-  add_flag(
-      verb, "--guided", guided,
-      "Take the pictures of a video or recording as those of a live camera, until enough views are there; "
-      "of a live camera they are always taken so",
-      kMore);
-  add_option(
-      verb, "--resume FOLDER", folder,
-      "Folder in which a guided calibration keeps its views as pictures, and goes on from those there");
-  add_flags(verb, page,
-            verb.add_flag("--view", view, "Show a live camera in the browser, with what is missing"));
-  add_fields(verb, job);
+  add_fields(verb, static_cast<CalibrateCameraWords&>(*this));
   verb.get_option("--format")->check(CLI::IsMember(calibration_formats()));
   verb.add_flag("--json", json, "One JSON object instead of tables");
 }

@@ -1,28 +1,19 @@
 #pragma once
 
-#include <string>
-
 #include <CLI/App.hpp>
 
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/page_flags.hpp"
-#include "waymark/jobs/calibrate_camera.hpp"
-#include "waymark/jobs/guided_calibration.hpp"
+#include "waymark/live/calibrate_guided.hpp"
 
 namespace waymark::cli {
 
 /// The flags of `waymark calibrate camera`. Must stay where it is while the command line is parsed.
-struct CalibrateCameraArgs {
+struct CalibrateCameraArgs : CalibrateCameraWords {
   explicit CalibrateCameraArgs(CLI::App& verb);
 
   Settings settings;
-  CalibrateCameraJob job{};
   bool json = false;
-  bool guided = false;
-  std::string folder{};
-  bool view = false;
-  PageOptions page{};
   OptionFlags<CameraCalibrationOptions> fitting;
   OptionFlags<VideoViewOptions> views;
   OptionFlags<GuideOptions> guide;

@@ -9,19 +9,6 @@
 namespace waymark::cli {
 namespace {
 
-/// What is about one camera, where several are named.
-Status check_several(const CLI::App& app, const std::vector<std::string>& sources) {
-  if (sources.size() < 2) return {};
-  for (auto source = sources.begin(); source != sources.end(); ++source)
-    if (std::find(sources.begin(), source, *source) != source)
-      return fail(ErrorCode::InvalidArgument, "this camera is named twice", {.source = *source},
-                  "Name each camera once.");
-  Refusals refused(app);
-  refused.flags(true, {"--view", "--camera"}, "this is about one camera, and several are named",
-                "Run the program once for each camera.");
-  return refused.status();
-}
-
 ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) {
   console.end_progress();
   ExitCode code = interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
@@ -37,15 +24,13 @@ ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) 
 }  // namespace
 
 Result<bool> is_camera_input(const CLI::App& app, const std::vector<std::string>& sources) {
-  const bool live = !sources.empty() && std::ranges::all_of(sources, is_camera_address);
-  if (!live && std::ranges::any_of(sources, is_camera_address))
-    return fail(ErrorCode::InvalidArgument, "live cameras and files are named together", {},
-                "Run the program once for the files, and once for the cameras.");
-  if (const Status several = live ? check_several(app, sources) : Status(); !several)
-    return tl::unexpected(several.error());
+  const auto live = are_cameras(sources);
+  if (!live) return live;
   Refusals refused(app);
-  refused.flags(!live, {"--view", "--duration-s"}, "this is about live cameras", "Leave it out.");
-  refused.flags(live, {"--annotate", "--recursive"}, "this is about files, and the input is a live camera",
+  refused.flags(*live && sources.size() > 1, {"--view", "--camera"},
+                "this is about one camera, and several are named", "Run the program once for each camera.");
+  refused.flags(!*live, {"--view", "--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.flags(*live, {"--annotate", "--recursive"}, "this is about files, and the input is a live camera",
                 "Leave it out; `waymark convert` records the camera.");
   if (!refused.status()) return tl::unexpected(refused.status().error());
   return live;

@@ -12,9 +12,15 @@ std::vector<std::string> parts_of(std::string_view text) {
 }  // namespace
 
 std::string names_of(const JobField& field) {
-  if (field.is_input) return std::string(field.value_name);
+  if (field.is_input) return std::string(field.value_name.substr(0, field.value_name.find(' ')));
   const std::string also = field.alias.empty() ? "" : "," + flag_name(field.alias);
   return (field.name == "output" ? "-o," : "") + flag_name(field.name) + also;
+}
+
+std::string type_of(const JobField& field) {
+  if (!field.is_input) return std::string(field.value_name);
+  const std::size_t space = field.value_name.find(' ');
+  return space == std::string_view::npos ? "" : std::string(field.value_name.substr(space + 1));
 }
 
 void link(CLI::App& app, const JobField& field) {

@@ -11,6 +11,8 @@ namespace waymark::cli {
 
 /// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; of an input what it is called.
 [[nodiscard]] std::string names_of(const JobField& field);
+/// What its value is called.
+[[nodiscard]] std::string type_of(const JobField& field);
 /// What does not depend on the kind of value: group, what is allowed, what is usual.
 void arrange(CLI::Option& option, const JobField& field);
 
@@ -25,7 +27,7 @@ CLI::Option* add_field(CLI::App& app, Value& value, const JobField& field) {
     option = app.add_flag(names_of(field), value, sentence);
   } else {
     option = app.add_option(names_of(field), value, sentence);
-    option->type_name(field.is_input ? "" : std::string(field.value_name));
+    option->type_name(type_of(field));
     if (value != Value{} && !field.has_no_usual) option->capture_default_str();
     using Number = std::conditional_t<std::is_integral_v<Value>, int, double>;
     if (std::isfinite(field.min) && std::isfinite(field.max))

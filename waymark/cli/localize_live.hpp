@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "waymark/cli/console.hpp"
-#include "waymark/cli/page_flags.hpp"
 #include "waymark/jobs/localize_log.hpp"
+#include "waymark/live/live_page.hpp"
 #include "waymark/live/localize_kind.hpp"
 
 namespace CLI {

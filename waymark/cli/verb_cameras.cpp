@@ -4,33 +4,19 @@
 namespace waymark::cli {
 namespace {
 
-struct CamerasArgs {
-  explicit CamerasArgs(CLI::App& app) {
-    add_option(app, "DEVICE", device, "Only this device, for example /dev/video0");
-    app.add_flag("--controls", controls,
-                 "List all controls, not only exposure, gain, focus and white balance");
-    app.add_flag("--json", json, "One JSON object instead of a list, with all controls");
-  }
-
-  std::string device;
-  bool controls = false;
-  bool json = false;
+struct CamerasArgs : JobArgs<CamerasJob> {
+  explicit CamerasArgs(CLI::App& app)
+      : JobArgs(app, "One JSON object instead of a list, with all controls") {}
 };
 
 ExitCode list(const CamerasArgs& args, Console& console) {
-  std::vector<CameraDevice> devices;
-  if (args.device.empty()) {
-    devices = list_cameras();
-  } else {
-    auto one = describe_camera(args.device);
-    if (!one) return console.failed(one.error(), ExitCode::SomeFailed);
-    devices.push_back(std::move(*one));
-  }
-  if (args.json) console.print(json_line(to_json(devices)));
-  if (devices.empty())
+  const auto devices = find_cameras(args.job);
+  if (!devices) return console.failed(devices.error(), ExitCode::SomeFailed);
+  if (args.json) console.print(json_line(to_json(*devices)));
+  if (devices->empty())
     console.say("this computer has no camera: none of /dev/video* delivers pictures");
   else if (!args.json)
-    console.print(to_text(devices, args.controls));
+    console.print(to_text(*devices, args.job.controls));
   return ExitCode::Ok;
 }
 

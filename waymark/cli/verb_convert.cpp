@@ -7,23 +7,12 @@
 namespace waymark::cli {
 namespace {
 
-struct ConvertArgs {
+struct ConvertArgs : ConvertWords {
   explicit ConvertArgs(CLI::App& app) : video(app) {
-    add_option(
-        app, "IN", first,
-        "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; a video; or a live camera",
-        kRequired);
-    add_option(app, "OUT", rest,
-               "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further recordings "
-               "of the same drive, which are merged in the order of their stamps",
-               kRequired);
-    add_fields(app, job);
+    add_fields(app, static_cast<ConvertWords&>(*this));
     add_flag(app, "--json", json, "One JSON object instead of words");
   }
 
-  std::string first;
-  std::vector<std::string> rest;  ///< further inputs, then the output
-  ConvertJob job{};
   bool json = false;
   ConvertVideoFlags video;
 };
@@ -38,10 +27,7 @@ void say_problems(const std::vector<LogProblem>& problems, Console& console) {
 }
 
 ExitCode convert(const ConvertArgs& args, Console& console) {
-  ConvertJob job = args.job;
-  job.inputs = {args.first};
-  job.inputs.insert(job.inputs.end(), args.rest.begin(), args.rest.end() - 1);
-  job.output = args.rest.back();
+  const ConvertJob job = described_convert(args);
   if (job.inputs.size() == 1 && is_camera_address(args.first))
     return args.video.record(args.first, job.output, args.json, console);
   if (job.inputs.size() == 1 && looks_like_video(args.first))

@@ -2,11 +2,11 @@
 #include <optional>
 #include <thread>
 
-#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
+#include "waymark/live/live_page.hpp"
 #include "waymark/live/own_robot.hpp"
 #include "waymark/live/run_demo.hpp"
 #include "waymark/live/run_session.hpp"
@@ -20,7 +20,7 @@ struct DemoArgs {
         setup(app, "circuit24"),
         scene(settings, Reach::SettingsOnly),
         options(settings, Reach::SettingsOnly) {
-    add_flags(app, live);
+    add_fields(app, live);
     add_fields(app, job);
     app.add_flag("--json", json, "One JSON object (teach, map, replay, figures) instead of a table");
   }

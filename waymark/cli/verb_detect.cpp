@@ -3,7 +3,6 @@
 #include "waymark/base/counted.hpp"
 #include "waymark/cli/camera_detect.hpp"
 #include "waymark/cli/detector_flags.hpp"
-#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/jobs/detect_pictures.hpp"
@@ -12,28 +11,12 @@
 namespace waymark::cli {
 namespace {
 
-struct DetectArgs {
+struct DetectArgs : DetectWords {
   explicit DetectArgs(CLI::App& verb) : settings(verb), detector(settings, kFirstGroup), poses(verb) {
-    add_flags(verb, page,
-              verb.add_flag("--view", view, "Show one live camera in the browser, with its controls"));
-    add_fields(verb, job);
-    verb.add_flag("--json", json, "One JSON object a line for each picture instead of tables");
-    verb.add_flag("--covariance", covariance,
-                  "With --json: the 8 x 8 covariance of the corners of each tag as well");
-    add_option(verb, "--annotate PATH", job.annotate_folder,
-               "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name "
-               "that ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner");
-    add_option(verb, "--duration-s FLOAT", duration_s, "Time after which a live camera is closed; 0: never",
-               between(0.0, 1e7));
+    add_fields(verb, static_cast<DetectWords&>(*this));
   }
 
   Settings settings;
-  DetectJob job{};
-  bool json = false;
-  bool covariance = false;
-  double duration_s = 0;
-  bool view = false;
-  PageOptions page{};
   DetectorFlags detector;
   PoseFlags poses;
 };

@@ -8,26 +8,16 @@
 namespace waymark::cli {
 namespace {
 
-struct ExperimentArgs {
-  explicit ExperimentArgs(CLI::App& app) {
-    add_option(app, "GRID", grid, "What is combined with what (.yaml, keys below)", kRequired);
-    add_option(app, "-o,--output FOLDER", output, "Folder for laps, maps and experiment.json", kShown);
-    app.add_flag("--force", force, "Replace an experiment that is in the folder");
-    app.add_flag("--json", json, "One JSON object instead of a table");
-  }
-
-  std::string grid;
-  std::string output = "experiment";
-  bool force = false;
-  bool json = false;
+struct ExperimentArgs : JobArgs<ExperimentJob> {
+  explicit ExperimentArgs(CLI::App& app) : JobArgs(app, "One JSON object instead of a table") {}
 };
 
 ExitCode experiment(const ExperimentArgs& args, Console& console) {
-  const auto grid = read_grid(args.grid);
+  const auto grid = read_grid(args.job.grid);
   if (!grid) return console.failed(grid.error(), ExitCode::Usage);
-  if (Status status = check_experiment_folder(args.output, args.force); !status)
+  if (Status status = check_experiment_folder(args.job.output, args.job.force); !status)
     return console.failed(status.error(), ExitCode::SomeFailed);
-  const auto runs = run_grid(*grid, args.output, control_from(console));
+  const auto runs = run_grid(*grid, args.job.output, control_from(console));
   if (!runs && interrupted()) {
     console.say("stopped: what was recorded is kept; --force begins anew");
     return ExitCode::Interrupted;
@@ -35,7 +25,7 @@ ExitCode experiment(const ExperimentArgs& args, Console& console) {
   if (!runs) return console.failed(runs.error(), ExitCode::SomeFailed);
   const nlohmann::ordered_json summaries = summaries_of(*runs);
   const Status written =
-      write_text_file(std::filesystem::path(args.output) / "experiment.json", summaries.dump(2) + "\n");
+      write_text_file(std::filesystem::path(args.job.output) / "experiment.json", summaries.dump(2) + "\n");
   console.print(args.json ? json_line({{"cells", summaries}}) : experiment_table(summaries));
   if (!written) console.say(written.error());
   if (interrupted()) return ExitCode::Interrupted;

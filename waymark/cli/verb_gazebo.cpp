@@ -1,30 +1,25 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/standard_wire.hpp"
+#include "waymark/config/robot_list.hpp"
 #include "waymark/drivers/gazebo/gazebo_robot.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct GazeboRobotArgs {
-  explicit GazeboRobotArgs(CLI::App& app) {
-    add_option(app, "profile PROFILE", profile, "Profile: limo, or the path of a .yaml file", kRequired);
-    network.add_to(app, "Body and camera of the robot; unless given: as the profile says");
-  }
-
-  std::string profile{};
-  NetworkRobotFlags network{};
+struct GazeboRobotArgs : GazeboRobotWords {
+  explicit GazeboRobotArgs(CLI::App& app) { add_fields(app, static_cast<GazeboRobotWords&>(*this)); }
 };
 
 ExitCode gazebo_robot(const GazeboRobotArgs& args, Console& console) {
   const auto profile = find_gazebo_profile(args.profile);
   if (!profile) return console.failed(profile.error(), ExitCode::Usage);
-  const auto robot = args.network.robot(profile->robot);
+  const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto link = open_gazebo();
   if (!link) return console.failed(link.error(), ExitCode::SomeFailed);
   const Status status =
-      run_gazebo_robot(**link, *profile, *robot, standard_wire(console, args.network.listen_only),
-                       {.share_commands = args.network.shares()});
+      run_gazebo_robot(**link, *profile, *robot, standard_wire(console, args.wire.listen_only),
+                       {.share_commands = args.wire.shares()});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 

@@ -4,17 +4,8 @@
 namespace waymark::cli {
 namespace {
 
-struct InfoArgs {
-  explicit InfoArgs(CLI::App& app) {
-    add_option(app, "FILE", file,
-               "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed", kRequired);
-    app.add_flag("--quick", quick, "Read the index only: no gaps, no clocks");
-    app.add_flag("--json", json, "One JSON object instead of tables");
-  }
-
-  std::string file;
-  bool quick = false;
-  bool json = false;
+struct InfoArgs : JobArgs<InfoJob> {
+  explicit InfoArgs(CLI::App& app) : JobArgs(app, "One JSON object instead of tables") {}
 };
 
 std::string words_of(const LogProblem& problem) {
@@ -22,7 +13,7 @@ std::string words_of(const LogProblem& problem) {
 }
 
 ExitCode info(const InfoArgs& args, Console& console) {
-  const Result<RecordingInfo> found = look_at(args.file, args.quick, control_from(console));
+  const Result<RecordingInfo> found = look_at(args.job.file, args.job.quick, control_from(console));
   if (!found) return console.failed(found.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*found)) : to_text(*found));
   if (!found->summary.complete)

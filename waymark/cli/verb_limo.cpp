@@ -1,5 +1,4 @@
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/standard_wire.hpp"
 #include "waymark/config/robot_list.hpp"
 #include "waymark/drivers/limo/limo_robot.hpp"
@@ -7,23 +6,8 @@
 namespace waymark::cli {
 namespace {
 
-struct LimoRobotArgs {
-  explicit LimoRobotArgs(CLI::App& app) {
-    add_option(app, "port PORT", options.port, "Serial port of LIMO's mainboard, for example /dev/ttyTHS1",
-               kRequired);
-    add_option(app, "--robot-file NAME", robot_file,
-               std::string("Body and camera of the robot: ") + kRobotNames, kShown);
-    add_option(app, "--drive NAME", drive,
-               "Drive of LIMO: differential, ackermann, mecanum (set on LIMO) or tracked. Unless given: "
-               "as the robot's file says");
-    add_fields(app, options);
-    add_listen_flag(app, listen_only);
-  }
-
-  LimoRobotOptions options{};
-  std::string robot_file = "limo";
-  std::string drive{};
-  bool listen_only = false;
+struct LimoRobotArgs : LimoRobotWords {
+  explicit LimoRobotArgs(CLI::App& app) { add_fields(app, static_cast<LimoRobotWords&>(*this)); }
 };
 
 ExitCode limo_robot(const LimoRobotArgs& args, Console& console) {

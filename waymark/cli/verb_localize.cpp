@@ -17,7 +17,7 @@ struct LocalizeArgs {
                   "Keep the assumed noise instead of estimating the noise of motion and observations from "
                   "the recording");
     add_fields(verb, static_cast<LocalizeLive&>(live));
-    add_flags(verb, live.view);
+    add_fields(verb, live.view);
     verb.add_flag("--json", json, "One JSON object instead of words");
   }
 

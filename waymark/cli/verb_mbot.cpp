@@ -1,36 +1,25 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/standard_wire.hpp"
+#include "waymark/config/robot_list.hpp"
 #include "waymark/drivers/mbot/mbot_robot.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct MbotRobotArgs {
-  explicit MbotRobotArgs(CLI::App& app) {
-    network.robot_file = "mbot";
-    add_option(app, "address ADDRESS", address,
-               "Address of the robot's LCM network; ttl=1: beyond this machine", kShown);
-    add_option(app, "--robot-file NAME", network.robot_file, "Body and camera of the robot", kShown);
-    add_option(app, "--tag-latency-s FLOAT", tag_latency_s,
-               "Time from the exposure of a picture to the stamp of its tags [s]", between(0.0, 1.0), kShown);
-    network.add_sharing(app);
-  }
-
-  std::string address = kLcmDefaultAddress;
-  double tag_latency_s = to_seconds(MbotBridgeOptions{}.tag_latency);
-  NetworkRobotFlags network{};
+struct MbotRobotArgs : MbotRobotWords {
+  explicit MbotRobotArgs(CLI::App& app) { add_fields(app, static_cast<MbotRobotWords&>(*this)); }
 };
 
 ExitCode mbot_robot(const MbotRobotArgs& args, Console& console) {
   const auto address = lcm_address(args.address);
   if (!address) return console.failed(address.error(), ExitCode::Usage);
-  const auto robot = args.network.robot();
+  const auto robot = read_named_robot(args.robot_file);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
-  MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.network.shares()};
+  MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.wire.shares()};
   options.bridge.robot = robot->model.name;
   options.bridge.tag_latency =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(args.tag_latency_s));
-  const Status status = run_mbot_robot(options, standard_wire(console, args.network.listen_only));
+  const Status status = run_mbot_robot(options, standard_wire(console, args.wire.listen_only));
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 

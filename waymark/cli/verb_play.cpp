@@ -5,46 +5,24 @@
 namespace waymark::cli {
 namespace {
 
-struct PlayArgs {
-  explicit PlayArgs(CLI::App& verb) : app(verb) {
-    add_fields(verb, part);
-    add_option(verb, "FILE", file,
-               "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed", kRequired);
-    add_option(verb, "--speed NUMBER", speed,
-               "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting", kShown);
-    verb.add_flag("--messages", messages,
-                  "All messages as they lie in the file (topic, type, size) instead of samples");
-    verb.add_flag(
-        "--ros2", ros2,
-        "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)");
-    verb.add_flag(
-        "--commands", commands,
-        "With --ros2: also publish recorded velocity commands, which move a robot that listens to them");
-    verb.add_flag("--json", json, "One JSON object a line instead of words");
-  }
+struct PlayArgs : PlayWords {
+  explicit PlayArgs(CLI::App& verb) : app(verb) { add_fields(verb, static_cast<PlayWords&>(*this)); }
 
   const CLI::App& app;
-  std::string file;
-  double speed = 1;
-  bool messages = false;
-  bool json = false;
-  bool ros2 = false;
-  bool commands = false;
-  LogPart part{};
 };
 
 Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
-  const Ros2Played played =
-      play_to_ros2(log, selection, {.speed = args.speed, .commands = args.commands}, control_from(console));
+  const Ros2Played played = play_to_ros2(
+      log, selection, {.speed = args.options.speed, .commands = args.commands}, control_from(console));
   if (played.status || played.published > 0)
     console.print(fmt::format("{} messages published\n", played.published));
   return played.status;
 }
 
 Status check(const PlayArgs& args) {
-  if (!(args.speed >= 0 && args.speed <= 1e6))
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", args.speed), {.key = "--speed"},
-                "1 is as it was, 0 as fast as possible.");
+  if (!(args.options.speed >= 0 && args.options.speed <= 1e6))
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", args.options.speed),
+                {.key = "--speed"}, "1 is as it was, 0 as fast as possible.");
   Refusals refused(args.app);
   refused.flags(args.ros2, {"--messages", "--json"}, "nothing is printed with --ros2", "Leave it out.");
   refused.flags(!args.ros2, {"--commands"}, "nothing is published without --ros2",
@@ -58,13 +36,12 @@ ExitCode play(const PlayArgs& args, Console& console) {
   if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
   const Result<LogSelection> selection = select_part(**log, args.part);
   if (!selection) return console.failed(selection.error(), ExitCode::Usage);
-  const PlayOptions options{.speed = args.speed, .messages = args.messages, .json = args.json};
   const auto print = [&](const std::string& line) {
     console.print(line);
     return !console.output_ended();
   };
   const Status status = args.ros2 ? publish(args, **log, *selection, console)
-                                  : play_log(**log, *selection, options, print, interrupted);
+                                  : play_log(**log, *selection, args.options, print, interrupted);
   std::vector<std::string> problems;
   bool damaged = false;
   for (const LogProblem& problem : (*log)->problems()) {

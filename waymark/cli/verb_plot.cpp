@@ -5,10 +5,7 @@ namespace waymark::cli {
 namespace {
 
 struct PlotArgs {
-  explicit PlotArgs(CLI::App& app) {
-    add_option(app, "RUN ...", job.runs, "Recordings, folders of maps, or the folder of a demo", kRequired);
-    add_fields(app, job);
-  }
+  explicit PlotArgs(CLI::App& app) { add_fields(app, job); }
 
   PlotJob job{};
 };

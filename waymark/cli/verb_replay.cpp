@@ -1,12 +1,12 @@
 #include <utility>
 
 #include "waymark/cli/file_names.hpp"
-#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/jobs/route_files.hpp"
+#include "waymark/live/live_page.hpp"
 #include "waymark/live/replay_route.hpp"
 
 namespace waymark::cli {
@@ -18,7 +18,7 @@ struct ReplayArgs : ReplayWords {
         setup(verb, {}, true, "robot.yaml of the map's folder, "),
         pictures(settings, Reach::SettingsOnly),
         options(settings, Reach::Flags) {
-    add_flags(verb, live);
+    add_fields(verb, live);
     add_fields(verb, static_cast<ReplayWords&>(*this));
     verb.get_option("--output")->transform(recording_name());
     verb.add_flag("--json", json, "One JSON object instead of words");

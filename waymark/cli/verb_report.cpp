@@ -4,19 +4,8 @@
 namespace waymark::cli {
 namespace {
 
-struct ReportArgs {
-  explicit ReportArgs(CLI::App& app) {
-    add_option(app, "RUN ...", runs,
-               "Recordings, folders of maps, or the folder of a demo; the first drive is what the others are "
-               "compared with",
-               kRequired);
-    add_option(app, "-o,--output FILE", output, "HTML file to write", kShown);
-    app.add_flag("--force", force, "Replace a page that no report wrote");
-  }
-
-  std::vector<std::string> runs;
-  std::string output = "report.html";
-  bool force = false;
+struct ReportArgs : ReportJob {
+  explicit ReportArgs(CLI::App& app) { add_fields(app, static_cast<ReportJob&>(*this)); }
 };
 
 ExitCode report(const ReportArgs& args, Console& console) {

@@ -1,38 +1,33 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/standard_wire.hpp"
-#include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/config/robot_list.hpp"
 #include "waymark/drivers/ros2/relay.hpp"
 #include "waymark/drivers/ros2/ros2_robot.hpp"
-#include "waymark/drivers/ros2/zero_guard.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct Ros2RobotArgs {
+struct Ros2RobotArgs : Ros2RobotWords {
   explicit Ros2RobotArgs(CLI::App& app) : network(app) {
-    add_option(app, "profile PROFILE", profile,
-               "Profile: limo, turtlebot3, limo-sim, or the path of a .yaml file", kRequired);
-    joined.add_to(app, "Body and camera of the robot; unless given: as the profile says");
+    add_fields(app, static_cast<Ros2RobotWords&>(*this));
   }
 
   Ros2Flags network;
-  std::string profile{};
-  NetworkRobotFlags joined{};
 };
 
 ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   const auto profile = find_ros2_profile(args.profile);
   if (!profile) return console.failed(profile.error(), ExitCode::Usage);
-  const auto robot = args.joined.robot(profile->robot);
+  const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
   auto options = args.network.options("waymark_robot", profile->ros_distro);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (Status there = use_interface_of(*profile, *options); !there)
     return console.failed(there.error(), ExitCode::Usage);
   const Status status =
-      run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.joined.listen_only),
-                     {.share_commands = args.joined.shares()});
+      run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.wire.listen_only),
+                     {.share_commands = args.wire.shares()});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
@@ -68,17 +63,9 @@ ExitCode relay(const RelayArgs& args, Console& console) {
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (Status possible = check_relay(args.relay); !possible)
     return console.failed(possible.error(), ExitCode::Usage);
-  auto guard = ZeroGuard::start(*options, [&](const std::string& words) { console.say(words); });
-  if (!guard) return console.failed(guard.error(), ExitCode::SomeFailed);
-  guard->guard(relay_output(args.relay));
-  const auto bus = open_bus(*options);
-  if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
-  console.say(words_of(args.relay, options->domain));
-  const auto counts = relay_commands(
-      **bus, args.relay, [&](const std::string& problem) { console.say(problem); }, interrupted);
-  if (!counts) return console.failed(counts.error(), ExitCode::SomeFailed);
-  console.say(words_of(*counts));
-  return ExitCode::Ok;
+  const Status status = run_relay(
+      args.relay, *options, [&](const std::string& words) { console.say(words); }, interrupted);
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
 Verb ros2_relay_verb() {

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <optional>
 
-#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
+#include "waymark/live/live_page.hpp"
 #include "waymark/live/own_robot.hpp"
 #include "waymark/live/run_session.hpp"
 
@@ -18,7 +18,7 @@ struct RunArgs : SessionWords {
         setup(verb, {}, true),
         scene(settings, Reach::SettingsOnly),
         options(settings, Reach::SettingsOnly) {
-    add_flags(verb, live);
+    add_fields(verb, live);
     add_fields(verb, static_cast<SessionWords&>(*this));
     verb.add_flag("--json", json, "One JSON object instead of words");
   }

@@ -11,35 +11,28 @@ namespace {
 struct SimulateArgs {
   explicit SimulateArgs(CLI::App& app)
       : settings(app), setup(app, "circuit24"), pictures(settings, Reach::Flags) {
-    add_option(
-        app, "--like RECORDING", like,
-        "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads",
-        kRequired);
-    add_option(app, "-o,--output FILE", output, "Recording to write (.mcap); never written over another",
-               kRequired)
-        ->transform(recording_name());
+    add_fields(app, job);
+    app.get_option("--output")->transform(recording_name());
     app.add_flag("--json", json, "One JSON object instead of words");
   }
 
   Settings settings;
   SetupFlags setup;
   PictureFlags pictures;
-  std::string like;
-  std::string output;
+  SimulateLikeJob job{};
   bool json = false;
 };
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
   Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
   if (!setup) return console.failed(setup.error(), ExitCode::Usage);
-  const Result<RecordingProfile> like = profile_of(args.like, silent(control_from(console)));
+  const Result<RecordingProfile> like = profile_of(args.job.like, silent(control_from(console)));
   if (!like) return console.failed(like.error(), ExitCode::SomeFailed);
   setup->simulated.robot = options_like(*like, setup->simulated.robot);
-  const Result<RecordingProfile> made =
-      simulate_like(*setup, *like, {.like = args.like, .output = args.output}, control_from(console));
+  const Result<RecordingProfile> made = simulate_like(*setup, *like, args.job, control_from(console));
   if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
   const std::vector<ProfileRow> rows = profile_table(*like, *made);
-  console.print(args.json ? json_line(to_json(rows, args.output)) : to_text(rows));
+  console.print(args.json ? json_line(to_json(rows, args.job.output)) : to_text(rows));
   return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
 }
 

@@ -1,11 +1,11 @@
 #include <algorithm>
 
 #include "waymark/cli/file_names.hpp"
-#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/live/inputs.hpp"
+#include "waymark/live/live_page.hpp"
 #include "waymark/live/teach_lap.hpp"
 
 namespace waymark::cli {
@@ -14,7 +14,7 @@ namespace {
 struct TeachArgs {
   explicit TeachArgs(CLI::App& verb)
       : settings(verb), setup(verb, {}, true), pictures(settings, Reach::SettingsOnly) {
-    add_flags(verb, live);
+    add_fields(verb, live);
     add_fields(verb, job);
     verb.get_option("--output")->transform(recording_name());
     add_fields(verb, anchor);

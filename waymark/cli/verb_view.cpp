@@ -1,5 +1,5 @@
-#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
+#include "waymark/live/live_page.hpp"
 #include "waymark/live/offered_files.hpp"
 
 namespace waymark::cli {
@@ -10,7 +10,7 @@ struct ViewArgs {
     add_option(app, "PATH", path,
                "Recording (MCAP), map.yaml, folder of a map, or folder with recordings; without one the page "
                "waits for a file to be dropped on it");
-    add_flags(app, page);
+    add_fields(app, page);
   }
 
   std::string path;

@@ -195,6 +195,14 @@ Error about_files(Error error) {
 
 }  // namespace
 
+ConvertJob described_convert(const ConvertWords& words) {
+  ConvertJob job = words.job;
+  job.inputs = {words.first};
+  job.inputs.insert(job.inputs.end(), words.rest.begin(), words.rest.end() - 1);
+  job.output = words.rest.back();
+  return job;
+}
+
 Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control) {
   const Result<std::string> format = format_of(job);
   if (format) {

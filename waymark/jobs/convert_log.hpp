@@ -59,6 +59,31 @@ struct ConvertJob {
   }
 };
 
+/// What a user says of a conversion: several recordings, and then the output.
+struct ConvertWords {
+  std::string first{};
+  std::vector<std::string> rest{};  ///< further inputs, then the output
+  ConvertJob job{};                 ///< but inputs and output
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.first, JobField("first IN",
+                               "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; a "
+                               "video; or a live camera")
+                          .input()
+                          .required());
+    visit(self.rest,
+          JobField("rest OUT",
+                   "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further "
+                   "recordings of the same drive, which are merged in the order of their stamps")
+              .input()
+              .required());
+    ConvertJob::fields(self.job, visit);
+  }
+};
+/// The job with inputs and output.
+[[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
+
 struct ConvertReport {
   std::string format{};  ///< of the output
   LogFormat input_format = LogFormat::Mcap;

@@ -38,6 +38,41 @@ struct PlayOptions {
   bool json = false;      ///< one object a line instead of words
 };
 
+/// What a user says of a recording that is played.
+struct PlayWords {
+  std::string file{};
+  LogPart part{};
+  PlayOptions options{};
+  bool ros2 = false;      ///< published on the network of ROS 2, instead of lines ...
+  bool commands = false;  ///< ... also velocity commands
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    LogPart::fields(self.part, visit);
+    visit(self.file,
+          JobField("file FILE",
+                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
+              .input()
+              .required());
+    visit(self.options.speed,
+          JobField("speed NUMBER", "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting"));
+    visit(
+        self.options.messages,
+        JobField("messages", "All messages as they lie in the file (topic, type, size) instead of samples"));
+    visit(
+        self.ros2,
+        JobField(
+            "ros2",
+            "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)"));
+    visit(
+        self.commands,
+        JobField(
+            "commands",
+            "With --ros2: also publish recorded velocity commands, which move a robot that listens to them"));
+    visit(self.options.json, JobField("json", "One JSON object a line instead of words"));
+  }
+};
+
 /// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
 /// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).
 [[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,

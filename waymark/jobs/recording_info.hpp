@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/recording/log_report.hpp"
 
@@ -29,6 +30,21 @@ struct RecordingInfo {
   RecordingSetup setup{};
   std::vector<LogAttachment> attachments{};
   std::vector<LogProblem> problems{};
+};
+
+struct InfoJob {
+  std::string file{};
+  bool quick = false;  ///< the index alone
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.file,
+          JobField("file FILE",
+                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
+              .input()
+              .required());
+    visit(self.quick, JobField("quick", "Read the index only: no gaps, no clocks"));
+  }
 };
 
 /// Reads what is to be told; all messages unless `quick`. Cancelling ends the

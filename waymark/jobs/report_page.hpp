@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/jobs/lap_input.hpp"
@@ -51,6 +52,23 @@ struct Runs {
 struct ReportSummary {
   std::size_t sections = 0;
   std::size_t bytes = 0;
+};
+
+struct ReportJob {
+  std::vector<std::string> runs{};  ///< as read_runs() has them
+  std::string output = "report.html";
+  bool force = false;  ///< replaces also what is no report
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.runs, JobField("runs RUN ...",
+                              "Recordings, folders of maps, or the folder of a demo; the first drive is what "
+                              "the others are compared with")
+                         .input()
+                         .required());
+    visit(self.output, JobField("output FILE", "HTML file to write"));
+    visit(self.force, JobField("force", "Replace a page that no report wrote"));
+  }
 };
 
 /// Writes the whole report of these paths to an HTML file. An older report is replaced, any other file only

@@ -114,6 +114,17 @@ Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobCont
 
 }  // namespace
 
+Status check_sources(const CalibrateCameraWords& words) {
+  if (words.job.sources.empty() != words.job.detections.empty()) return {};
+  if (words.job.sources.empty() && (words.guided || !words.folder.empty()))
+    return fail(
+        ErrorCode::InvalidArgument, "what the views are taken from is not said",
+        {.key = words.folder.empty() ? "--guided" : "--resume"},
+        "Name a live camera, such as v4l2:/dev/video0, or a video. The views of an earlier calibration "
+        "alone are pictures: give their folder in place of a camera.");
+  return fail(ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected");
+}
+
 Status check_guided_sources(const CalibrateCameraJob& job) {
   for (const Input& input : find_inputs(job.sources, job.recursive))
     if (!input.error && !looks_like_recording(input.path) && !looks_like_video(input.path))

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/guided_calibration.hpp"
 #include "waymark/live/live_page.hpp"
 
@@ -17,6 +18,31 @@ struct GuidedRun {
   bool view = false;     ///< a live camera is shown in the browser
   PageOptions page{};
 };
+
+/// What a user says of a camera's calibration, but options.
+struct CalibrateCameraWords {
+  bool guided = false;   ///< of a live camera always
+  std::string folder{};  ///< GuidedRun::folder
+  bool view = false;
+  PageOptions page{};
+  CalibrateCameraJob job{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.guided, JobField("guided",
+                                "Take the pictures of a video or recording as those of a live camera, until "
+                                "enough views are there; of a live camera they are always taken so")
+                           .less());
+    visit(self.folder, JobField("resume FOLDER",
+                                "Folder in which a guided calibration keeps its views as pictures, and goes "
+                                "on from those there"));
+    visit(self.view, JobField("view", "Show a live camera in the browser, with what is missing"));
+    PageOptions::fields_of_view(self.page, visit);
+    CalibrateCameraJob::fields(self.job, visit);
+  }
+};
+/// Fails unless what is calibrated on is named, one way or the other.
+[[nodiscard]] Status check_sources(const CalibrateCameraWords& words);
 
 /// Fails on pictures of their own among the sources: a guided calibration chooses among pictures that follow
 /// each other.

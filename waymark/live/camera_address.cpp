@@ -20,6 +20,18 @@ Result<bool> is_only_camera(const std::vector<std::string>& sources) {
   return live;
 }
 
+Result<bool> are_cameras(const std::vector<std::string>& sources) {
+  const bool live = !sources.empty() && std::ranges::all_of(sources, is_camera_address);
+  if (!live && std::ranges::any_of(sources, is_camera_address))
+    return fail(ErrorCode::InvalidArgument, "live cameras and files are named together", {},
+                "Run the program once for the files, and once for the cameras.");
+  for (auto source = sources.begin(); live && source != sources.end(); ++source)
+    if (std::find(sources.begin(), source, *source) != source)
+      return fail(ErrorCode::InvalidArgument, "this camera is named twice", {.source = *source},
+                  "Name each camera once.");
+  return live;
+}
+
 Result<CameraAddress> parse_camera_address(const std::string& word, const std::string& name) {
   const std::size_t sign = word.find('=');
   const bool named = !is_camera_address(word) && sign != std::string::npos;

@@ -22,6 +22,9 @@ struct CameraAddress {
 /// Whether a word names a live camera: "v4l2:/dev/video0,size=1280x720", "gstreamer:libcamerasrc".
 [[nodiscard]] bool is_camera_address(std::string_view word);
 
+/// Whether the inputs are live cameras; fails where files are among them, and where one is named twice.
+[[nodiscard]] Result<bool> are_cameras(const std::vector<std::string>& sources);
+
 /// Whether the inputs are one live camera; fails where a camera is among others.
 [[nodiscard]] Result<bool> is_only_camera(const std::vector<std::string>& sources);
 

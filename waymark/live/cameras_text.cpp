@@ -67,6 +67,13 @@ ordered_json mode_json(const CameraMode& mode) {
 
 }  // namespace
 
+Result<std::vector<CameraDevice>> find_cameras(const CamerasJob& job) {
+  if (job.device.empty()) return list_cameras();
+  auto one = describe_camera(job.device);
+  if (!one) return tl::unexpected(one.error());
+  return std::vector<CameraDevice>{std::move(*one)};
+}
+
 std::string to_text(const std::vector<CameraDevice>& devices, bool controls) {
   std::string text;
   for (const CameraDevice& device : devices) text += device_text(device, controls);

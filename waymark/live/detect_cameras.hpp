@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/detect_pictures.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/camera_watch.hpp"
@@ -19,6 +20,33 @@ struct DetectCamerasJob {
   double duration_s = 0;              ///< 0: until the control cancels it
   std::optional<PageOptions> page{};  ///< of one camera
   std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
+};
+
+/// What a user says of pictures in which tags are found, but the detector and the camera.
+struct DetectWords {
+  DetectJob job{};
+  bool view = false;  ///< of one live camera
+  PageOptions page{};
+  bool json = false;
+  bool covariance = false;  ///< in the lines of json
+  double duration_s = 0;    ///< DetectCamerasJob::duration_s
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.view, JobField("view", "Show one live camera in the browser, with its controls"));
+    PageOptions::fields_of_view(self.page, visit);
+    DetectJob::fields(self.job, visit);
+    visit(self.json, JobField("json", "One JSON object a line for each picture instead of tables"));
+    visit(self.covariance,
+          JobField("covariance", "With --json: the 8 x 8 covariance of the corners of each tag as well"));
+    visit(self.job.annotate_folder,
+          JobField(
+              "annotate PATH",
+              "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name that "
+              "ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner"));
+    visit(self.duration_s,
+          JobField("duration_s FLOAT", "Time after which a live camera is closed; 0: never", 0.0, 1e7));
+  }
 };
 
 /// What became of one camera; an error ended it alone.

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/live/ros2_node.hpp"
@@ -38,6 +39,14 @@ struct PageOptions {
                                "given: a random one"));
     visit(self.open, JobField("open", "Open the page in the browser"));
   }
+
+  /// The same of a page that is served only with a field `view`.
+  template <class Self, class Visitor>
+  static void fields_of_view(Self& self, Visitor&& visit) {
+    fields(self, [&](auto& value, const JobField& field) {
+      visit(value, field.name == "open" ? field.needs("view") : field.needs("view").less());
+    });
+  }
 };
 
 /// Who may watch a session while it runs, if anybody.
@@ -46,6 +55,18 @@ struct ViewerOptions {
   bool ros2 = false;         ///< ... or on the network of ROS 2,
   std::string ros_distro{};  ///< in the node list of this release; empty: in none
   PageOptions page{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.view, JobField("view", "Show the robot in the browser while it runs, with buttons"));
+    PageOptions::fields_of_view(self.page, visit);
+    visit(self.ros2, JobField("publish_ros2",
+                              "Publish pose, /tf, tags and path on the network of ROS 2, with services as "
+                              "buttons: docs/howto/ros2.md")
+                         .excludes("view")
+                         .less());
+    visit(self.ros_distro, JobField("ros_distro NAME", kRosDistroHelp).needs("publish_ros2").less());
+  }
 };
 
 /// Options of the server; a server that others reach, or that shows a robot (`live`), gets a token where none

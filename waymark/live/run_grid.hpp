@@ -4,11 +4,26 @@
 #include <string>
 #include <vector>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/jobs/experiment_summary.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/experiment_grid.hpp"
 
 namespace waymark {
+
+struct ExperimentJob {
+  std::string grid{};  ///< as read_grid() has it
+  std::string output = "experiment";
+  bool force = false;  ///< replaces an experiment
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.grid,
+          JobField("grid GRID", "What is combined with what (.yaml, keys below)").input().required());
+    visit(self.output, JobField("output FOLDER", "Folder for laps, maps and experiment.json"));
+    visit(self.force, JobField("force", "Replace an experiment that is in the folder"));
+  }
+};
 
 /// The grid of a .yaml file, checked; an empty file is an error.
 [[nodiscard]] Result<ExperimentGrid> read_grid(const std::string& path);

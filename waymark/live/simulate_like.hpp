@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
@@ -11,6 +12,18 @@ namespace waymark {
 struct SimulateLikeJob {
   std::string like;    ///< name of the recording that is imitated
   std::string output;  ///< recording to write
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(
+        self.like,
+        JobField(
+            "like RECORDING",
+            "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads")
+            .required());
+    visit(self.output,
+          JobField("output FILE", "Recording to write (.mcap); never written over another").required());
+  }
 };
 
 /// Lets the simulated robot of the setup drive along its world's line as fast as a recording did, for as

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/bridge/robot_talk.hpp"
 #include "waymark/drivers/gazebo/gazebo_link.hpp"
@@ -13,6 +14,23 @@ struct GazeboRobotOptions {
   bool share_commands = false;                      ///< drive although another program sends commands
   Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
   Duration give_up_after = std::chrono::seconds(12);
+};
+
+/// What a user says of such a process.
+struct GazeboRobotWords {
+  std::string profile{};
+  std::string robot_file{};  ///< empty: as the profile says
+  RobotWireWords wire{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(
+        self.profile,
+        JobField("profile profile PROFILE", "Profile: limo, or the path of a .yaml file").input().required());
+    visit(self.robot_file,
+          JobField("robot_file NAME", "Body and camera of the robot; unless given: as the profile says"));
+    RobotWireWords::fields(self.wire, visit);
+  }
 };
 
 /// Is the process of a robot in Gazebo (docs/formats/robot-process.md): subscribes what its profile names,

@@ -17,15 +17,37 @@ struct LimoRobotOptions {
   bool simulated = false;                           ///< no LIMO is at the other end: the hello says so
   Duration report_after = std::chrono::seconds(3);  ///< without LIMO's answer: what was heard is said
   Duration give_up_after = std::chrono::seconds(12);
+};
+
+/// What a user says of LIMO's process.
+struct LimoRobotWords {
+  LimoRobotOptions options{};  ///< but the drive
+  std::string robot_file = "limo";
+  std::string drive{};  ///< as parse_limo_drive() has it; empty: as the robot's file says
+  bool listen_only = false;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.beside, JobField("beside FIFO",
-                                "Named pipe with further lines of a robot process, stamped by this machine's "
-                                "steady clock: a lidar, a camera with a detector of its own"));
-    visit(self.simulated,
+    visit(self.options.port,
+          JobField("port port PORT", "Serial port of LIMO's mainboard, for example /dev/ttyTHS1")
+              .input()
+              .required());
+    visit(
+        self.robot_file,
+        JobField(
+            "robot_file NAME",
+            "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml file"));
+    visit(self.drive, JobField("drive NAME",
+                               "Drive of LIMO: differential, ackermann, mecanum (set on LIMO) or tracked. "
+                               "Unless given: as the robot's file says"));
+    visit(self.options.beside,
+          JobField("beside FIFO",
+                   "Named pipe with further lines of a robot process, stamped by this machine's steady "
+                   "clock: a lidar, a camera with a detector of its own"));
+    visit(self.options.simulated,
           JobField("simulated",
                    "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)"));
+    visit(self.listen_only, JobField("listen_only", kListenOnlyHelp));
   }
 };
 

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "waymark/base/job_field.hpp"
+#include "waymark/drivers/mbot/lcm_link.hpp"
 #include "waymark/drivers/mbot/mbot_bridge.hpp"
 #include "waymark/drivers/process/robot_wire.hpp"
 
@@ -13,6 +15,26 @@ struct MbotRobotOptions {
   bool share_commands = false;                      ///< drive although another program sends commands
   Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was heard is said
   Duration give_up_after = std::chrono::seconds(12);
+};
+
+/// What a user says of such a process.
+struct MbotRobotWords {
+  std::string address = kLcmDefaultAddress;
+  std::string robot_file = "mbot";
+  double tag_latency_s = to_seconds(MbotBridgeOptions{}.tag_latency);
+  RobotWireWords wire{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.address, JobField("address address ADDRESS",
+                                 "Address of the robot's LCM network; ttl=1: beyond this machine")
+                            .input());
+    visit(self.robot_file, JobField("robot_file NAME", "Body and camera of the robot"));
+    visit(self.tag_latency_s,
+          JobField("tag_latency_s FLOAT", "Time from the exposure of a picture to the stamp of its tags [s]",
+                   0.0, 1.0));
+    RobotWireWords::fields(self.wire, visit);
+  }
 };
 
 /// Is the process of an MBot (docs/formats/robot-process.md): hears its messages on LCM and publishes

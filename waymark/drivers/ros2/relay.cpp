@@ -1,4 +1,6 @@
 #include "waymark/drivers/ros2/relay.hpp"
+#include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/ros2/zero_guard.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -147,6 +149,21 @@ Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
   if (Status status = publish_zero(bus, *out, options.stamped); !status)
     return tl::unexpected(status.error());
   return counts;
+}
+
+Status run_relay(const RelayOptions& options, const BusOptions& network,
+                 const std::function<void(const std::string&)>& say,
+                 const std::function<bool()>& should_stop) {
+  auto guard = ZeroGuard::start(network, say);
+  if (!guard) return tl::unexpected(guard.error());
+  guard->guard(relay_output(options));
+  const auto bus = open_bus(network);
+  if (!bus) return tl::unexpected(bus.error());
+  say(words_of(options, network.domain));
+  const auto counts = relay_commands(**bus, options, say, should_stop);
+  if (!counts) return tl::unexpected(counts.error());
+  say(words_of(*counts));
+  return {};
 }
 
 }  // namespace waymark

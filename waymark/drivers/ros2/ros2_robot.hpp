@@ -1,5 +1,6 @@
 #pragma once
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/bridge/robot_talk.hpp"
 #include "waymark/drivers/dds/bus.hpp"
@@ -12,6 +13,24 @@ struct Ros2RobotOptions {
   bool share_commands = false;                      ///< drive although another program sends commands
   Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
   Duration give_up_after = std::chrono::seconds(12);
+};
+
+/// What a user says of such a process.
+struct Ros2RobotWords {
+  std::string profile{};
+  std::string robot_file{};  ///< empty: as the profile says
+  RobotWireWords wire{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.profile, JobField("profile profile PROFILE",
+                                 "Profile: limo, turtlebot3, limo-sim, or the path of a .yaml file")
+                            .input()
+                            .required());
+    visit(self.robot_file,
+          JobField("robot_file NAME", "Body and camera of the robot; unless given: as the profile says"));
+    RobotWireWords::fields(self.wire, visit);
+  }
 };
 
 /// Is the process of a robot that speaks ROS 2 (docs/formats/robot-process.md): subscribes what its profile
