@@ -24,7 +24,7 @@ LONG = {
 LONGEST = 475  # of those
 
 # Flags, help, printing and exit codes; with tests. What grows beyond it belongs into jobs/ or live/. To be lowered: 6000 is wanted.
-MOST_LINES_OF_CLI = 6446
+MOST_LINES_OF_CLI = 5992
 
 MOST_FILES_TO_A_COMMAND = 25
 BEGIN, END = "<!-- path of a picture: tests/house/sizes_test.py -->\n", "<!-- end of the path -->"

@@ -1,10 +1,7 @@
 #include "waymark/cli/camera_detect.hpp"
 
-#include <algorithm>
-
 #include "waymark/cli/parts.hpp"
 #include "waymark/jobs/detections_text.hpp"
-#include "waymark/live/camera_address.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -22,19 +19,6 @@ ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) 
 }
 
 }  // namespace
-
-Result<bool> is_camera_input(const CLI::App& app, const std::vector<std::string>& sources) {
-  const auto live = are_cameras(sources);
-  if (!live) return live;
-  Refusals refused(app);
-  refused.flags(*live && sources.size() > 1, {"--view", "--camera"},
-                "this is about one camera, and several are named", "Run the program once for each camera.");
-  refused.flags(!*live, {"--view", "--duration-s"}, "this is about live cameras", "Leave it out.");
-  refused.flags(*live, {"--annotate", "--recursive"}, "this is about files, and the input is a live camera",
-                "Leave it out; `waymark convert` records the camera.");
-  if (!refused.status()) return tl::unexpected(refused.status().error());
-  return live;
-}
 
 ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const TagFinder& finder,
                      Console& console) {

@@ -1,4 +1,5 @@
 #include "waymark/cli/convert_video_flags.hpp"
+#include "waymark/jobs/convert_log.hpp"
 
 #include <utility>
 
@@ -6,14 +7,6 @@
 #include "waymark/live/record_camera.hpp"
 
 namespace waymark::cli {
-namespace {
-
-ExitCode say_failed(const Error& error, Console& console) {
-  const bool usage = error.code == ErrorCode::InvalidArgument;
-  return usage ? fail_usage(error, console) : fail_with(error, console);
-}
-
-}  // namespace
 
 ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
     : app_(verb), settings_(verb), poses_(verb), detector_(settings_, kMoreGroup) {
@@ -35,16 +28,9 @@ Status ConvertVideoFlags::check_unused() const {
   return refused.status();
 }
 
-Status ConvertVideoFlags::check_used() const {
-  Refusals refused(app_);
-  refused.flags(true, {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"},
-                "this is about recordings, and the input is none", "Leave it out.");
-  return refused.status();
-}
-
 Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string& input,
                                                                const std::string& output) const {
-  if (const Status used = check_used(); !used) return tl::unexpected(used.error());
+  if (const Status used = check_no_recording(given_on(app_)); !used) return tl::unexpected(used.error());
   const auto poses = poses_.make();
   if (!poses) return tl::unexpected(naming_flag(poses.error()));
   auto finder = detector_.make();
@@ -59,11 +45,12 @@ Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string
 
 ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
                                     Console& console) const {
-  Status usage = refuse_flag(app_, "--duration-s", "this is about live cameras", "Leave it out.");
-  const auto prepared = usage ? prepare(input, output) : tl::unexpected(usage.error());
+  Refusals refused(app_);
+  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  const auto prepared = refused.status() ? prepare(input, output) : tl::unexpected(refused.status().error());
   if (!prepared) return fail_with(prepared.error(), console);
   const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));
-  if (!found) return say_failed(found.error(), console);
+  if (!found) return fail_by_kind(found.error(), console);
   for (const VideoProblem& problem : found->problems)
     console.say(fmt::format("note: {}{}", to_string(problem.error),
                             problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
@@ -76,7 +63,7 @@ ExitCode ConvertVideoFlags::record(const std::string& address, const std::string
   const auto prepared = prepare(address, output);
   if (!prepared) return fail_with(prepared.error(), console);
   const auto report = record_camera(prepared->job, duration_s_, prepared->finder, control_from(console));
-  if (!report) return say_failed(report.error(), console);
+  if (!report) return fail_by_kind(report.error(), console);
   console.print(json ? json_line(to_json(prepared->job, *report)) : to_text(prepared->job, *report));
   return report->end.stopped ? ExitCode::Interrupted : ExitCode::Ok;
 }

@@ -27,8 +27,6 @@ class ConvertVideoFlags {
                                 Console& console) const;
 
  private:
-  /// Fails on flags about recordings: the input is a video.
-  [[nodiscard]] Status check_used() const;
   /// The job by the flags, and the detector.
   struct Prepared {
     ConvertVideoJob job{};

@@ -1,4 +1,5 @@
 #include "waymark/cli/detector_flags.hpp"
+#include "waymark/jobs/detect_all.hpp"
 
 #include <string>
 #include <utility>
@@ -46,16 +47,7 @@ Result<TagFinder> DetectorFlags::make() const {
   if (applied) applied = refinement_.apply(refinement);
   if (applied && no_refine_) applied = refuse(refinement_, "corners are not refined", kSet);
   if (!applied) return tl::unexpected(applied.error());
-  for (const std::string& name : families_) {
-    auto id = parse_family(name);
-    if (id) continue;
-    id.error().place.key = "--family";
-    return tl::unexpected(std::move(id.error()));
-  }
-  if (!families_.empty()) options.families = families_;
-  auto finder = make_tag_finder(options, refinement);
-  if (finder && no_refine_) finder->refinement.reset();
-  return finder;
+  return described_finder(std::move(options), refinement, families_, !no_refine_);
 }
 
 }  // namespace waymark::cli

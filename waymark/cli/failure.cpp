@@ -20,6 +20,10 @@ ExitCode fail_with(const Error& error, Console& console) {
   return console.failed(named, exit_code_of(named));
 }
 
+ExitCode fail_by_kind(const Error& error, Console& console) {
+  return error.code == ErrorCode::InvalidArgument ? fail_usage(error, console) : fail_with(error, console);
+}
+
 ExitCode fail_usage(const Error& error, Console& console) {
   return console.failed(naming_flag(error), ExitCode::Usage);
 }

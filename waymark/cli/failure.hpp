@@ -17,6 +17,9 @@ namespace waymark::cli {
 /// Says the error with its flag, and gives back its exit code.
 [[nodiscard]] ExitCode fail_with(const Error& error, Console& console);
 
+/// Says the error with its flag: of what makes no sense (InvalidArgument) 2, else as fail_with().
+[[nodiscard]] ExitCode fail_by_kind(const Error& error, Console& console);
+
 /// Says the error with its flag: the command line makes no sense.
 [[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
 

@@ -5,6 +5,7 @@
 
 #include "waymark/base/job_field.hpp"
 #include "waymark/cli/flags.hpp"
+#include "waymark/cli/verb.hpp"
 
 /// The flags of a job, made from its fields().
 namespace waymark::cli {
@@ -46,6 +47,16 @@ void add_fields(CLI::App& app, Job& job, const Trait&... traits) {
     (traits(*option), ...);
   });
   Job::fields(job, [&](auto&, const JobField& field) { link(app, field); });
+}
+
+/// The `prepare` of a verb that has the flags of its job alone.
+template <HasFields Job>
+[[nodiscard]] std::function<Run(CLI::App&)> prepared_job(ExitCode (*run)(const Job&, Console&)) {
+  return [run](CLI::App& app) -> Run {
+    const auto job = std::make_shared<Job>();
+    add_fields(app, *job);
+    return [job, run](Console& console) { return run(*job, console); };
+  };
 }
 
 /// The flags of a verb that has those of its job, and --json.

@@ -8,19 +8,12 @@
 #include "waymark/live/live_page.hpp"
 #include "waymark/live/localize_kind.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace waymark::cli {
 
 /// What is said of a robot, a camera or a video, and who watches.
 struct LocalizeLiveFlags : LocalizeLive {
   ViewerOptions view{};
 };
-
-/// What is localised. Fails on flags that do not go with it.
-[[nodiscard]] Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job);
 
 /// Prints the report and what is doubtful about it; its exit code.
 [[nodiscard]] ExitCode show_localized(const LocalizeReport& report, const LocalizeJob& job, bool json,

@@ -7,11 +7,6 @@
 namespace waymark::cli {
 namespace {
 
-constexpr const char* kNotOfScenes = "this has no effect on scenes that TagSLAM's files describe";
-constexpr const char* kOfScenes = "this is about scenes that TagSLAM's files describe";
-constexpr const char* kTagslam = "Give their folder with --tagslam, or leave it out.";
-constexpr const char* kNoTagslam = "Leave it out, or leave out --tagslam.";
-
 /// Options that scenes have no use for.
 Status check_tagslam_flags(const MapArgs& args) {
   const std::vector<std::string> known = {
@@ -40,17 +35,11 @@ void MapArgs::refuse_lap_options(Refusals& refused, const char* why, const char*
 }
 
 Status MapArgs::check() const {
-  if (job.lap.empty())
-    return fail(ErrorCode::InvalidArgument, "LAP is required: a recording, or the verb 'convert'");
-  if (job.folder.empty()) return fail(ErrorCode::InvalidArgument, "--output is required");
+  if (Status sound = check_effects(*this, given_on(settings.app())); !sound) return sound;
   if (!scene.tagslam.empty()) return check_tagslam_flags(*this);
-  const char* no_optimisation = "the method chain does not optimise";
   Refusals refused(settings.app());
-  refused.flags(model != "waymark", {"--model"}, kOfScenes, kTagslam);
-  refused.flags(true, {"--against", "--free-intrinsics"}, kOfScenes, kTagslam);
-  refused.options(of.method == "chain", bundle, no_optimisation, "Leave it out, or --method chain.");
-  refused.flags(of.extend.empty(), {"--map-sigma"}, "this is about the map that a lap extends",
-                "Give it with --extend.");
+  refused.options(of.method == "chain", bundle, "the method chain does not optimise",
+                  "Leave it out, or --method chain.");
   return refused.status();
 }
 
@@ -66,15 +55,9 @@ Result<MapJob> MapArgs::make_job() const {
 }
 
 Result<MapSceneJob> MapArgs::make_scene_job() const {
-  MapSceneJob made = scene;
-  made.recording = job.lap;
-  made.folder = job.folder;
   BundleMapOptions options;
-  Status status = bundle.apply(options);
-  if (status) status = describe_scene(model, free_intrinsics, made);
-  if (!status) return tl::unexpected(status.error());
-  made.options.search = options.search;
-  return made;
+  const Status status = bundle.apply(options);
+  return status ? described_scene(*this, options.search) : tl::unexpected(status.error());
 }
 
 MapArgs::MapArgs(CLI::App& verb)

@@ -16,8 +16,6 @@ class MapVideoFlags {
 
   /// Whether the lap is a video.
   [[nodiscard]] bool takes(const MapArgs& args) const;
-  /// Fails where one of them was given: the lap is no video.
-  [[nodiscard]] Status check_unused() const;
   /// Maps the tags of videos, and says what became of it.
   [[nodiscard]] ExitCode map(const MapArgs& args, Console& console) const;
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -16,6 +15,7 @@
 
 #include "waymark/base/field_leaves.hpp"
 #include "waymark/cli/settings.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 
 namespace waymark::cli {
 
@@ -163,19 +163,15 @@ template <HasFields Options>
 /// Why the option lag_s of a filter is refused where the filter is not a smoother.
 inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
 
-/// The same of a flag by itself.
-[[nodiscard]] Status refuse_flag(const CLI::App& app, const std::string& flag, const std::string& why,
-                                 const std::string& hint);
+/// Which flags are on the command line.
+[[nodiscard]] GivenFlags given_on(const CLI::App& app);
 
 /// Flags and options that have no effect on what is given, refused one after the other: the first that is on
 /// the command line is the error.
-class Refusals {
+class Refusals : public FlagRefusals {
  public:
-  explicit Refusals(const CLI::App& app) : app_(app) {}
+  explicit Refusals(const CLI::App& app) : FlagRefusals(given_on(app)) {}
 
-  /// These flags, `when` they have none.
-  void flags(bool when, std::initializer_list<const char*> names, const std::string& why,
-             const std::string& hint);
   /// The options of a struct, or with `key` that of one field.
   template <HasFields Options>
   void options(bool when, const OptionFlags<Options>& flags, const std::string& why, const std::string& hint,
@@ -187,11 +183,6 @@ class Refusals {
   void all(bool when, const Group& group, const std::string& why, const std::string& hint) {
     if (when && status_) status_ = group.refuse_all(why, hint);
   }
-  [[nodiscard]] const Status& status() const { return status_; }
-
- private:
-  const CLI::App& app_;
-  Status status_{};
 };
 
 }  // namespace waymark::cli

@@ -24,9 +24,10 @@ class PaperFlags {
   template <class Options>
   [[nodiscard]] Status apply(Options& options) const {
     if (Status status = describe_paper(said_, options); !status) return status;
-    return plot::format_of(said_.files.path) == plot::FileFormat::Png
-               ? Status()
-               : refuse_flag(app_, "--dpi", "only .png has a resolution", "Leave it out.");
+    Refusals refused(app_);
+    refused.flags(plot::format_of(said_.files.path) != plot::FileFormat::Png, {"--dpi"},
+                  "only .png has a resolution", "Leave it out.");
+    return refused.status();
   }
   [[nodiscard]] Result<FamilyId> family() const { return described_family(said_); }
 

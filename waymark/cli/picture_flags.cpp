@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "waymark/cli/flags.hpp"
-#include "waymark/config/faults_file.hpp"
 
 namespace waymark::cli {
 
@@ -39,40 +38,24 @@ std::vector<std::string> SceneFlags::as_words(const SetupFlags& setup, bool imag
 }
 
 PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects)
-    : app_(settings.app()),
-      threads_(static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U))),
-      scene_(settings, reach) {
+    : app_(settings.app()), scene_(settings, reach) {
   CLI::App& app = settings.app();
-  app.add_flag("--images", images_, "Render camera pictures and detect tags in them");
+  words_.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
+  app.add_flag("--images", words_.images, "Render camera pictures and detect tags in them");
   if (detects)
-    add_option(app, "--threads INTEGER", threads_,
+    add_option(app, "--threads INTEGER", words_.threads,
                "Number of threads that render pictures and detect tags; the result does not depend on it. "
                "Unless given: one per core",
                between(1, 64), kMore);
-  add_option(app, "--faults FILE", faults_,
+  add_option(app, "--faults FILE", words_.faults,
              "Fault script: a .yaml file of faults and their times (docs/formats/faults.md)");
-}
-
-Status PictureFlags::check(const RobotSetup& setup) const {
-  Refusals refused(app_);
-  refused.flags(!setup.process.empty(), {"--images", "--threads", "--faults"},
-                "only a simulated robot is asked for this", "Leave it out, or --robot process:CMD.");
-  refused.flags(!images_, {"--threads"}, "without pictures there is nothing to do on threads",
-                "Add --images, or leave it out.");
-  return refused.status();
 }
 
 Result<RobotSetup> PictureFlags::apply(Result<RobotSetup> setup) const {
   if (!setup) return setup;
-  SimulatedSetup& simulated = setup->simulated;
-  Status status = check(*setup);
-  if (status) status = scene_.apply(images_, simulated.pictures);
+  Status status = describe_simulated(words_, given_on(app_), *setup);
+  if (status) status = scene_.apply(words_.images, setup->simulated.pictures);
   if (!status) return tl::unexpected(status.error());
-  simulated.threads = threads_;
-  if (faults_.empty()) return setup;
-  auto faults = read_faults(faults_, simulated.world);
-  if (!faults) return tl::unexpected(faults.error());
-  simulated.robot.faults = std::move(*faults);
   return setup;
 }
 

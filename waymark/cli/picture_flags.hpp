@@ -43,12 +43,8 @@ class PictureFlags {
   [[nodiscard]] Result<RobotSetup> apply(Result<RobotSetup> setup) const;
 
  private:
-  [[nodiscard]] Status check(const RobotSetup& setup) const;
-
   const CLI::App& app_;
-  bool images_ = false;
-  int threads_;
-  std::string faults_;
+  SimulatedWords words_{};
   SceneFlags scene_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <CLI/App.hpp>
 
@@ -21,14 +20,15 @@ class PoseFlags {
 
   /// Nothing when no pose was asked for. Fails when only half of what is needed was given, on a file that
   /// cannot be read and on a size that cannot be.
-  [[nodiscard]] Result<std::optional<PoseSetup>> make() const { return described_poses(camera_, sizes_); }
+  [[nodiscard]] Result<std::optional<PoseSetup>> make() const {
+    return described_poses(words_.camera, words_.sizes);
+  }
   /// Fails when one of them was given, where no pose is asked for.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:
   const CLI::App& app_;
-  CameraDescription camera_;
-  std::vector<std::string> sizes_;
+  PoseWords words_{};
 };
 
 }  // namespace waymark::cli

@@ -34,7 +34,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
     const bool flag = poses.error().place.source.empty();  // else the calibration, which is an input
     return console.failed(poses.error(), flag ? ExitCode::Usage : ExitCode::SomeFailed);
   }
-  const auto live = is_camera_input(app, args.job.sources);
+  const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return console.failed(live.error(), ExitCode::Usage);
   if (*live)
     return detect_live({.addresses = args.job.sources,

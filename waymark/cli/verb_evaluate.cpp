@@ -20,18 +20,6 @@ struct TrajectoryArgs {
   OptionFlags<TrajectoryScoreOptions> scoring;
 };
 
-/// Flags that have no effect on what is compared.
-Status check_effects(const TrajectoryArgs& args, const Reference* reference) {
-  const bool known = reference != nullptr;
-  Refusals refused(args.settings.app());
-  refused.flags(args.job.figures.empty(), {"--map"}, "no figure is drawn", "Add --figures, or leave it out.");
-  refused.flags(known && reference->timed.empty(), {"--alignment", "--time-offset-s"},
-                "of REF only the path is known, and no times", "Leave it out.");
-  refused.flags(known && !reference->timed.empty(), {"--closed"},
-                "REF says when the robot was where: a loop needs no closing", "Leave it out.");
-  return refused.status();
-}
-
 ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   EvaluateTrajectoryJob job = args.job;
   if (job.estimate.empty() || job.reference.empty()) {
@@ -40,13 +28,14 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
                 "See `waymark evaluate --help`.");
     return ExitCode::Usage;
   }
-  Status usable = check_effects(args, nullptr);
+  const GivenFlags given = given_on(args.settings.app());
+  Status usable = check_effects(job, nullptr, given);
   if (usable) usable = args.scoring.apply(job.scoring);
   if (!usable) return console.failed(usable.error(), ExitCode::Usage);
   const JobControl control = control_from(console);
   const Result<EvaluationInputs> inputs = read_evaluation(job, control);
   if (!inputs) return console.failed(inputs.error(), ExitCode::SomeFailed);
-  if (usable = check_effects(args, &inputs->reference); !usable)
+  if (usable = check_effects(job, &inputs->reference, given); !usable)
     return console.failed(usable.error(), ExitCode::Usage);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);

@@ -28,17 +28,12 @@ struct EvaluateArgs {
 
 Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
   EvaluateDetectionsJob job = args.job;
-  Status usable = args.matching.apply(job.matching);
-  if (usable) usable = check_edges(job.edges);
-  if (!usable) return tl::unexpected(usable.error());
-  if (job.sources.empty() == job.detections.empty())
-    return fail(ErrorCode::InvalidArgument,
-                "give either pictures to detect in, or --detections with what was detected");
-  const char* why = "with --detections nothing is detected";
   Refusals refused(args.settings.app());
-  refused.flags(!job.detections.empty(), {"--recursive"}, why, "Leave it out, or give pictures.");
-  refused.all(!job.detections.empty(), args.detector, why, "Leave it out, or give pictures.");
-  if (!refused.status()) return tl::unexpected(refused.status().error());
+  refused.all(!job.detections.empty(), args.detector, kNothingDetected, "Leave it out, or give pictures.");
+  Status usable = args.matching.apply(job.matching);
+  if (usable) usable = check_effects(job, given_on(args.settings.app()));
+  if (usable) usable = refused.status();
+  if (!usable) return tl::unexpected(usable.error());
   return job;
 }
 

@@ -1,8 +1,4 @@
-#include <algorithm>
-#include <filesystem>
-
 #include "waymark/cli/parts.hpp"
-#include "waymark/config/text_file.hpp"
 #include "waymark/live/run_grid.hpp"
 
 namespace waymark::cli {
@@ -17,21 +13,16 @@ ExitCode experiment(const ExperimentArgs& args, Console& console) {
   if (!grid) return console.failed(grid.error(), ExitCode::Usage);
   if (Status status = check_experiment_folder(args.job.output, args.job.force); !status)
     return console.failed(status.error(), ExitCode::SomeFailed);
-  const auto runs = run_grid(*grid, args.job.output, control_from(console));
-  if (!runs && interrupted()) {
+  const auto report = run_experiment(*grid, args.job, control_from(console));
+  if (!report && interrupted()) {
     console.say("stopped: what was recorded is kept; --force begins anew");
     return ExitCode::Interrupted;
   }
-  if (!runs) return console.failed(runs.error(), ExitCode::SomeFailed);
-  const nlohmann::ordered_json summaries = summaries_of(*runs);
-  const Status written =
-      write_text_file(std::filesystem::path(args.job.output) / "experiment.json", summaries.dump(2) + "\n");
-  console.print(args.json ? json_line({{"cells", summaries}}) : experiment_table(summaries));
-  if (!written) console.say(written.error());
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line({{"cells", report->summaries}}) : experiment_table(report->summaries));
+  if (!report->written) console.say(report->written.error());
   if (interrupted()) return ExitCode::Interrupted;
-  const bool all =
-      written && std::ranges::all_of(*runs, [](const ExperimentRun& run) { return run.finished; });
-  return all ? ExitCode::Ok : ExitCode::SomeFailed;
+  return report->all_finished ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
 }  // namespace

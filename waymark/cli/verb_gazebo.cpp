@@ -6,11 +6,7 @@
 namespace waymark::cli {
 namespace {
 
-struct GazeboRobotArgs : GazeboRobotWords {
-  explicit GazeboRobotArgs(CLI::App& app) { add_fields(app, static_cast<GazeboRobotWords&>(*this)); }
-};
-
-ExitCode gazebo_robot(const GazeboRobotArgs& args, Console& console) {
+ExitCode gazebo_robot(const GazeboRobotWords& args, Console& console) {
   const auto profile = find_gazebo_profile(args.profile);
   if (!profile) return console.failed(profile.error(), ExitCode::Usage);
   const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
@@ -40,7 +36,7 @@ module for Gazebo; 2 wrong usage.
 Example:
   waymark gazebo robot limo < /dev/null
 )",
-      .prepare = prepared(gazebo_robot)};
+      .prepare = prepared_job(gazebo_robot)};
 }
 
 ExitCode gazebo_topics(Console& console) {

@@ -6,11 +6,7 @@
 namespace waymark::cli {
 namespace {
 
-struct LimoRobotArgs : LimoRobotWords {
-  explicit LimoRobotArgs(CLI::App& app) { add_fields(app, static_cast<LimoRobotWords&>(*this)); }
-};
-
-ExitCode limo_robot(const LimoRobotArgs& args, Console& console) {
+ExitCode limo_robot(const LimoRobotWords& args, Console& console) {
   const auto robot = read_named_robot(args.robot_file);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
@@ -35,7 +31,7 @@ Exit code: 0 its input ended; 1 no such port, LIMO does not answer or obey, or t
 Example:
   waymark limo robot /dev/ttyTHS1 < /dev/null
 )",
-      .prepare = prepared(limo_robot)};
+      .prepare = prepared_job(limo_robot)};
 }
 
 }  // namespace

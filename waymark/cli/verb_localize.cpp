@@ -54,7 +54,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   if (flags) flags = args.filter.apply(job.filter);
   if (flags) flags = args.anchor.apply(job.anchor);
   if (!flags) return fail_usage(flags.error(), console);
-  const Result<LocalizeInput> input = localize_input(args.settings.app(), job);
+  const Result<LocalizeInput> input = localize_input(job, given_on(args.settings.app()));
   if (!input) return fail_usage(input.error(), console);
   if (*input == LocalizeInput::Camera || *input == LocalizeInput::Video) {
     const char* why = "a camera without a robot has no filter";

@@ -25,7 +25,8 @@ ExitCode map_tagslam(const MapArgs& args, Console& console) {
 ExitCode map(const MapVerbArgs& args, Console& console) {
   if (Status status = args.check(); !status) return fail_usage(status.error(), console);
   if (args.video.takes(args)) return args.video.map(args, console);
-  if (Status status = args.video.check_unused(); !status) return fail_usage(status.error(), console);
+  if (Status status = check_no_video(given_on(args.settings.app())); !status)
+    return fail_usage(status.error(), console);
   if (!args.scene.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = args.make_job();
   if (!job) return fail_usage(job.error(), console);

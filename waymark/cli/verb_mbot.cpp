@@ -6,11 +6,7 @@
 namespace waymark::cli {
 namespace {
 
-struct MbotRobotArgs : MbotRobotWords {
-  explicit MbotRobotArgs(CLI::App& app) { add_fields(app, static_cast<MbotRobotWords&>(*this)); }
-};
-
-ExitCode mbot_robot(const MbotRobotArgs& args, Console& console) {
+ExitCode mbot_robot(const MbotRobotWords& args, Console& console) {
   const auto address = lcm_address(args.address);
   if (!address) return console.failed(address.error(), ExitCode::Usage);
   const auto robot = read_named_robot(args.robot_file);
@@ -40,7 +36,7 @@ liblcm; 2 wrong usage.
 Example:
   waymark mbot robot < /dev/null
 )",
-      .prepare = prepared(mbot_robot)};
+      .prepare = prepared_job(mbot_robot)};
 }
 
 }  // namespace

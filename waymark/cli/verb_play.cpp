@@ -19,19 +19,9 @@ Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& select
   return played.status;
 }
 
-Status check(const PlayArgs& args) {
-  if (!(args.options.speed >= 0 && args.options.speed <= 1e6))
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", args.options.speed),
-                {.key = "--speed"}, "1 is as it was, 0 as fast as possible.");
-  Refusals refused(args.app);
-  refused.flags(args.ros2, {"--messages", "--json"}, "nothing is printed with --ros2", "Leave it out.");
-  refused.flags(!args.ros2, {"--commands"}, "nothing is published without --ros2",
-                "Add --ros2, or leave it out.");
-  return refused.status();
-}
-
 ExitCode play(const PlayArgs& args, Console& console) {
-  if (Status status = check(args); !status) return console.failed(status.error(), ExitCode::Usage);
+  if (Status status = check_effects(args, given_on(args.app)); !status)
+    return console.failed(status.error(), ExitCode::Usage);
   const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
   if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
   const Result<LogSelection> selection = select_part(**log, args.part);

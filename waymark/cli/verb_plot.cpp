@@ -4,14 +4,8 @@
 namespace waymark::cli {
 namespace {
 
-struct PlotArgs {
-  explicit PlotArgs(CLI::App& app) { add_fields(app, job); }
-
-  PlotJob job{};
-};
-
-ExitCode plot_one(const PlotArgs& args, Console& console) {
-  const Result<PlotReport> report = plot_figure(args.job, control_from(console));
+ExitCode plot_one(const PlotJob& job, Console& console) {
+  const Result<PlotReport> report = plot_figure(job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   if (report->written.empty())
     console.print(to_text(*report));
@@ -35,7 +29,7 @@ Examples:
   waymark plot demo
   waymark plot demo --figure floor -o floor.pdf
 )",
-          .prepare = prepared(plot_one)};
+          .prepare = prepared_job(plot_one)};
 }
 
 }  // namespace waymark::cli

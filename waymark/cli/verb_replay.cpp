@@ -37,7 +37,7 @@ Result<RobotSetup> make_setup(const ReplayArgs& args) {
   Result<RobotSetup> made = args.pictures.apply(args.setup.make(robot_file_in(args.job.folder)));
   if (!made) return made;
   Refusals refused(args.settings.app());
-  SetupFlags::refuse_seed(!made->process.empty(), refused);
+  refuse_seed(!made->process.empty(), refused);
   refused.flags(args.job.output.empty(), {"--durable"}, "nothing is recorded",
                 "Add -o FILE, or leave it out.");
   const Status status = refused.status() ? check_recording(args.job, *made) : refused.status();

@@ -4,11 +4,7 @@
 namespace waymark::cli {
 namespace {
 
-struct ReportArgs : ReportJob {
-  explicit ReportArgs(CLI::App& app) { add_fields(app, static_cast<ReportJob&>(*this)); }
-};
-
-ExitCode report(const ReportArgs& args, Console& console) {
+ExitCode report(const ReportJob& args, Console& console) {
   const auto summary = write_report(args.runs, args.output, args.force, control_from(console));
   if (!summary) return console.failed(summary.error(), exit_code_of(summary.error()));
   console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,
@@ -38,7 +34,7 @@ Examples:
   waymark report demo -o report.html
   waymark report lap.mcap map replay.mcap
 )",
-      .prepare = prepared(report)};
+      .prepare = prepared_job(report)};
 }
 
 }  // namespace waymark::cli

@@ -1,7 +1,4 @@
 #include "waymark/cli/parts.hpp"
-#include "waymark/config/robot_list.hpp"
-#include "waymark/config/share.hpp"
-#include "waymark/jobs/robot_text.hpp"
 #include "waymark/live/robot_ways.hpp"
 
 namespace waymark::cli {
@@ -9,26 +6,17 @@ namespace {
 
 /// A file that cannot be read is said, and the others are listed.
 ExitCode list_all(Console& console) {
-  const auto robots = list_shared("robots");
+  const auto robots = robot_table();
   if (!robots) return console.failed(robots.error(), ExitCode::SomeFailed);
-  ExitCode code = ExitCode::Ok;
-  for (const ListedFile& listed : *robots) {
-    const auto shown = read_commented_robot(listed.path);
-    if (shown)
-      console.print(fmt::format("{:<20} {}\n", listed.name, first_sentence(shown->comment)));
-    else
-      code = console.failed(shown.error(), ExitCode::SomeFailed);
-  }
-  return code;
+  console.print(robots->text);
+  for (const Error& error : robots->errors) console.say(error);
+  return robots->errors.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
 ExitCode explain(const std::string& name, Console& console) {
-  const auto path = find_shared("robots", name);
-  const auto shown = path ? read_commented_robot(*path) : tl::unexpected(path.error());
-  if (!shown) return console.failed(shown.error(), ExitCode::SomeFailed);
-  console.print(robot_text(shown->robot, shown->comment));
-  console.print(fmt::format("file: {}\n", path->string()));
-  for (const std::string& way : ways_to_reach(shown->robot.model.name)) console.print(way + "\n");
+  const auto text = explained_robot(name);
+  if (!text) return console.failed(text.error(), ExitCode::SomeFailed);
+  console.print(*text);
   return ExitCode::Ok;
 }
 

@@ -4,24 +4,16 @@
 namespace waymark::cli {
 namespace {
 
-struct RoutesArgs {
-  explicit RoutesArgs(CLI::App& app) {
-    named = add_option(app, "--route NAME", route,
-                       "Name of the route to list or edit. Unless given: the taught route for stations, all "
-                       "routes for the list");
-    add_fields(app, job);
-    app.add_flag("--json", json, "One JSON object a route instead of words");
-  }
+struct RoutesArgs : JobArgs<RoutesJob> {
+  explicit RoutesArgs(CLI::App& app)
+      : JobArgs(app, "One JSON object a route instead of words"), given(given_on(app)) {}
 
-  RoutesJob job{};
-  std::string route;
-  const CLI::Option* named = nullptr;
-  bool json = false;
+  GivenFlags given;
 };
 
 ExitCode routes(const RoutesArgs& args, Console& console) {
   RoutesJob job = args.job;
-  if (args.named->count() > 0) job.route = args.route;
+  if (args.given("--route") && !job.route) job.route = "";  // an empty name: the taught one
   const Result<NamedRoutes> found = edit_routes(job);
   if (!found) return fail_with(found.error(), console);
   for (const auto& [name, route] : *found)

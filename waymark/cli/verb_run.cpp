@@ -31,27 +31,12 @@ struct RunArgs : SessionWords {
   bool json = false;
 };
 
-/// Flags that have no effect with this robot and this driver.
-Status check_effects(const RunArgs& args, const RobotSetup& setup) {
-  const bool process = !setup.process.empty();
-  Refusals refused(args.settings.app());
-  refused.flags(process, {"--images"}, "a robot that is a process sends pictures or does not",
-                "Leave it out.");
-  refused.flags(process || !args.live.view, {"--pace"}, "only a simulated robot that is watched keeps a pace",
-                "Add --view, and let the robot be simulated, or leave it out.");
-  refused.flags(args.job.driver == "lines", {"--speed-m-s"}, "the lines themselves say how fast",
-                "Leave it out.");
-  const bool scripted = args.job.driver == "scripted" || args.job.driver == "page" || args.live.view;
-  SetupFlags::refuse_seed(process && !scripted, refused);
-  return refused.status() ? check_recorded_images(process || args.images, args.job.images) : refused.status();
-}
-
 /// The robot in its world, a process in any case.
 Result<RobotSetup> make_setup(const RunArgs& args) {
   Result<RobotSetup> made = args.setup.make();
   if (!made) return made;
   std::optional<DetectingCameraOptions> pictures;  // of the robot's own process
-  Status status = check_effects(args, *made);
+  Status status = check_effects(args, *made, args.live.view, given_on(args.settings.app()));
   if (status) status = args.scene.apply(args.images, pictures);
   // A script does not care how fast the time passes; a person does, also one who only watches.
   const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,

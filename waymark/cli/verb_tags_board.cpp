@@ -18,23 +18,6 @@ struct BoardArgs : BoardDescription {
   CLI::Option* tag_size;
 };
 
-/// Fails for an unknown style, and for flags that have no effect on it.
-Status check_style(const BoardArgs& args) {
-  if (const Status known = check_board_style(args.style); !known) return known;
-  const bool squares = args.of_squares();
-  const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
-                             : "Leave it out, or choose --style chessboard or charuco.";
-  const std::string why = fmt::format("this has no effect on the style {}", args.style);
-  Refusals refused(args.settings.app());
-  refused.flags(!squares,
-                {"--square-size-m", "--marker-size-m", "--dictionary", "--legacy-pattern", "--tiled"}, why,
-                hint);
-  refused.flags(squares, {"--tag-size-m", "--spacing", "--family", "--kalibr-yaml"}, why, hint);
-  refused.flags(args.style == "chessboard",
-                {"--marker-size-m", "--dictionary", "--legacy-pattern", "--first-id"}, why, "Leave it out.");
-  return refused.status();
-}
-
 /// Everything that can be wrong with a board of tags, before anything is drawn.
 Result<PlannedBoard> plan(const BoardArgs& args) {
   plot::BoardOptions options;
@@ -79,7 +62,8 @@ ExitCode draw_squares(const BoardArgs& args, Console& console) {
 }
 
 ExitCode draw(const BoardArgs& args, Console& console) {
-  if (const Status effective = check_style(args); !effective) return fail_usage(effective.error(), console);
+  if (const Status effective = check_effects(args, given_on(args.settings.app())); !effective)
+    return fail_usage(effective.error(), console);
   if (args.of_squares()) return draw_squares(args, console);
   const auto planned = plan(args);
   if (!planned) return fail_usage(planned.error(), console);

@@ -38,16 +38,6 @@ Result<RobotSetup> make_setup(const TeachArgs& args) {
   return made;
 }
 
-/// Flags of the script that drives a simulated robot.
-Status check_script_flags(const TeachArgs& args, const RobotSetup& setup) {
-  const bool process = !setup.process.empty();
-  Refusals refused(args.settings.app());
-  refused.flags(process || args.job.driver != "scripted", {"--wander-m", "--wander-time-s", "--overlap-m"},
-                "this is about the scripted driver of a simulated robot", "Leave it out.");
-  SetupFlags::refuse_seed(process && args.job.driver != "scripted", refused);
-  return refused.status();
-}
-
 ExitCode teach(const TeachArgs& args, Console& console) {
   const Result<RobotSetup> setup = make_setup(args);
   if (!setup) return fail_usage(setup.error(), console);
@@ -55,7 +45,7 @@ ExitCode teach(const TeachArgs& args, Console& console) {
   if (args.settings.app().count("--speed-m-s") == 0)
     job.speed_m_s = std::min(job.speed_m_s, setup->simulated.model.limits.speed_m_s);
   Status status = check_teach(job, *setup);
-  if (status) status = check_script_flags(args, *setup);
+  if (status) status = check_effects(job, *setup, given_on(args.settings.app()));
   if (!status) return fail_usage(status.error(), console);
   const auto view = LivePage::open(args.live, *setup, control_from(console));
   if (!view) return fail_with(view.error(), console);

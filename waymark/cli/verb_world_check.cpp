@@ -1,27 +1,14 @@
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/setup_flags.hpp"
 #include "waymark/jobs/judge_world.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct CheckArgs {
-  explicit CheckArgs(CLI::App& app) {
-    add_option(app, "WORLD", world, kWorldNames, kRequired);
-    add_option(
-        app, "--robot-file NAME", robot_file,
-        fmt::format("Body and camera of the robot: {}. Unless given: the robot that the world names, or limo",
-                    kRobotNames));
-    app.add_flag("--json", json, "One JSON object instead of words");
-  }
-
-  std::string world;
-  std::string robot_file;
-  bool json = false;
-};
+using CheckArgs = JobArgs<CheckWorldWords>;
 
 ExitCode check(const CheckArgs& args, Console& console) {
-  const Result<RobotSetup> setup = load_setup(args.world, args.robot_file, 1);
+  const Result<RobotSetup> setup = load_setup(args.job.world, args.job.robot_file, 1);
   if (!setup) return console.failed(setup.error(), ExitCode::Usage);
   const SimulatedSetup& s = setup->simulated;
   const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);

@@ -1,36 +1,22 @@
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/setup_flags.hpp"
 #include "waymark/jobs/export_world.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct ExportArgs {
-  explicit ExportArgs(CLI::App& app) {
-    add_option(app, "WORLD", world, kWorldNames, kRequired);
-    add_option(app, "--sdf FOLDER", folder, "Folder to write world.sdf into, not there yet or empty",
-               kRequired);
-    add_option(app, "--robot-file NAME", robot_file,
-               fmt::format("Body and camera of the robot: {}", kRobotNames), kShown);
-    app.add_flag("--json", json, "One JSON object instead of words");
-  }
-
-  std::string world{};
-  std::string robot_file = "limo-gazebo";
-  std::string folder{};
-  bool json = false;
-};
+using ExportArgs = JobArgs<ExportWorldWords>;
 
 ExitCode export_as_sdf(const ExportArgs& args, Console& console) {
-  const Result<RobotSetup> setup = load_setup(args.world, args.robot_file, 1);
+  const Result<RobotSetup> setup = load_setup(args.job.world, args.job.robot_file, 1);
   if (!setup) return fail_usage(setup.error(), console);
   const auto report = export_world({.world = setup->simulated.world,
                                     .robot = setup->robot(),
                                     .robot_yaml = setup->robot_yaml,
-                                    .folder = args.folder});
+                                    .folder = args.job.folder});
   if (!report) return fail_with(report.error(), console);
   console.warn(report->notes);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.job.folder));
   return ExitCode::Ok;
 }
 

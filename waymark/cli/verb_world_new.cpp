@@ -1,40 +1,24 @@
 #include "waymark/cli/parts.hpp"
-#include "waymark/config/robot_list.hpp"
 #include "waymark/jobs/lay_world.hpp"
 
 namespace waymark::cli {
 namespace {
 
-struct NewArgs {
+struct NewArgs : LayWorldWords {
   explicit NewArgs(CLI::App& app) : settings(app), layout(settings, "layout", kFirstGroup) {
-    add_option(app, "--path FILE", path,
-               "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive",
-               kRequired);
-    add_option(app, "-o,--output FILE", output, "World to write (.yaml)", kRequired);
-    add_option(app, "--robot-file NAME", robot_file, "Body and camera of the robot: a name, or a .yaml file",
-               kShown);
+    add_fields(app, static_cast<LayWorldWords&>(*this));
     app.add_flag("--json", json, "One JSON object instead of words");
   }
 
   Settings settings;
-  std::string path;
-  std::string robot_file = "limo";
-  std::string output;
   bool json = false;
   OptionFlags<TagLayoutOptions> layout;
 };
 
-Result<LayWorldJob> job_of(const NewArgs& args) {
-  TagLayoutOptions layout;
-  if (Status status = args.layout.apply(layout); !status) return tl::unexpected(status.error());
-  auto robot = read_named_robot(args.robot_file);
-  if (!robot) return tl::unexpected(robot.error());
-  if (Status fresh = check_new_world(args.output); !fresh) return tl::unexpected(fresh.error());
-  return LayWorldJob{.path = args.path, .output = args.output, .robot = std::move(*robot), .layout = layout};
-}
-
 ExitCode make_world(const NewArgs& args, Console& console) {
-  const Result<LayWorldJob> job = job_of(args);
+  TagLayoutOptions layout;
+  const Status status = args.layout.apply(layout);
+  const auto job = status ? described_lay_world(args, layout) : tl::unexpected(status.error());
   if (!job) return console.failed(job.error(), ExitCode::Usage);
   const Result<LayWorldReport> report = lay_world(*job, control_from(console));
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);

@@ -1,13 +1,14 @@
 #include "waymark/cli/parts.hpp"
-#include "waymark/cli/setup_flags.hpp"
+#include "waymark/config/share.hpp"
 #include "waymark/jobs/judge_world.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct OrbitArgs {
   explicit OrbitArgs(CLI::App& app) : settings(app), options(settings, "orbit", kFirstGroup) {
-    add_option(app, "WORLD", world, kWorldNames, kRequired);
+    add_option(app, "WORLD", world, std::string(kWorldNames), kRequired);
     add_option(app, "-o,--output FILE", output, "Figure to draw of the result (.svg, .png or .pdf)");
     app.add_flag("--json", json, "One JSON object instead of words");
   }

@@ -23,4 +23,12 @@ namespace waymark {
 /// first; anything else is as it is.
 [[nodiscard]] std::string named_beside(const std::filesystem::path& file, const std::string& name);
 
+/// What a world may be called.
+inline constexpr std::string_view kWorldNames =
+    "circuit24, limo-walls, academy-house, mbot-square, or the path of a .yaml file";
+
+/// What a robot's file may be called.
+inline constexpr std::string_view kRobotNames =
+    "a name that `waymark robots` lists, or the path of a .yaml file";
+
 }  // namespace waymark

@@ -1,5 +1,6 @@
 #include "waymark/jobs/calibration_target.hpp"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -163,6 +164,28 @@ std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<d
       "the markers are {:.2f} times as large as their squares, but --marker-size-m {:g} and "
       "--square-size-m {:g} say {:.2f}: measure both again",
       share, board_->marker_m, board_->size_m, said);
+}
+
+Status check_effects(const TargetDescription& description, const GivenFlags& given) {
+  const std::string& kind = description.kind;
+  struct Flag {
+    const char* name;
+    std::vector<std::string> of;
+  };
+  const std::vector<Flag> flags = {{"--tag-size-m", {"tags", "aprilgrid"}},
+                                   {"--spacing", {"tags", "aprilgrid"}},
+                                   {"--square-size-m", {"chessboard", "charuco"}},
+                                   {"--marker-size-m", {"charuco"}},
+                                   {"--dictionary", {"charuco"}},
+                                   {"--legacy-pattern", {"charuco"}},
+                                   {"--first-id", {"tags", "aprilgrid", "charuco"}},
+                                   {"--detections", {"tags"}}};
+  FlagRefusals refused(given);
+  for (const Flag& flag : flags)
+    refused.flags(std::ranges::find(flag.of, kind) == flag.of.end(), {flag.name},
+                  fmt::format("this has no effect on the target {}", kind),
+                  fmt::format("Leave it out, or choose --target {}.", fmt::join(flag.of, " or ")));
+  return refused.status();
 }
 
 }  // namespace waymark

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/mapping/calibration/target_mark.hpp"
 #include "waymark/media/board_finder.hpp"
 #include "waymark/tags/tag_finder.hpp"
@@ -61,6 +62,9 @@ struct TargetDescription {
     visit(self.map, JobField("map FILE", "Instead of a board: a map of tags whose places are known well"));
   }
 };
+
+/// Fails on flags that have no effect on this target.
+[[nodiscard]] Status check_effects(const TargetDescription& description, const GivenFlags& given);
 
 /// A finder that finds nothing: the pictures are only read, for what finds a board in them.
 [[nodiscard]] TagFinder no_tags();

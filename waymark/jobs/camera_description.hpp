@@ -32,6 +32,24 @@ struct CameraDescription {
   }
 };
 
+/// What a user says where tags are to get poses.
+struct PoseWords {
+  CameraDescription camera{};
+  std::vector<std::string> sizes{};  ///< as parse_tag_sizes() has them
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.camera.file, JobField("camera FILE",
+                                     "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of "
+                                     "PhotonVision): gives the pose of each tag"));
+    CameraDescription::fields(self.camera, visit);
+    visit(self.sizes, JobField("tag_size_m SIZE",
+                               "Side of the square where black border meets white [m]; ID=SIZE for a tag of "
+                               "another size (repeatable)")
+                          .repeated());
+  }
+};
+
 struct DescribedCamera {
   CameraModel camera;
   /// Standard deviations of the camera's numbers (intrinsics_of), where the file is a calibration.yaml; else

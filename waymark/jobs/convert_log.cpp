@@ -195,6 +195,13 @@ Error about_files(Error error) {
 
 }  // namespace
 
+Status check_no_recording(const GivenFlags& given) {
+  FlagRefusals refused(given);
+  refused.flags(true, {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"},
+                "this is about recordings, and the input is none", "Leave it out.");
+  return refused.status();
+}
+
 ConvertJob described_convert(const ConvertWords& words) {
   ConvertJob job = words.job;
   job.inputs = {words.first};

@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/recording/export_log.hpp"
 
@@ -83,6 +84,9 @@ struct ConvertWords {
 };
 /// The job with inputs and output.
 [[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
+
+/// Fails on flags about recordings, where the input is none.
+[[nodiscard]] Status check_no_recording(const GivenFlags& given);
 
 struct ConvertReport {
   std::string format{};  ///< of the output

@@ -107,4 +107,18 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
   return summary;
 }
 
+Result<TagFinder> described_finder(DetectorOptions options, const RefinementOptions& refinement,
+                                   const std::vector<std::string>& families, bool refined) {
+  for (const std::string& name : families) {
+    auto id = parse_family(name);
+    if (id) continue;
+    id.error().place.key = "--family";
+    return tl::unexpected(std::move(id.error()));
+  }
+  if (!families.empty()) options.families = families;
+  auto finder = make_tag_finder(options, refinement);
+  if (finder && !refined) finder->refinement.reset();
+  return finder;
+}
+
 }  // namespace waymark

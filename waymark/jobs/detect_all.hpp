@@ -56,4 +56,8 @@ void fail_with(Error error, const std::string& path, const JobControl& control, 
 
 }  // namespace internal
 
+/// The finder of tags of these families (empty: those of the options), whose corners are refined or not.
+[[nodiscard]] Result<TagFinder> described_finder(DetectorOptions options, const RefinementOptions& refinement,
+                                                 const std::vector<std::string>& families, bool refined);
+
 }  // namespace waymark

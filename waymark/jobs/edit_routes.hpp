@@ -27,6 +27,9 @@ struct RoutesJob {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.folder, JobField("folder MAP", "Folder that `waymark map` wrote").input().required());
+    visit(self.route, JobField("route NAME",
+                               "Name of the route to list or edit. Unless given: the taught route for "
+                               "stations, all routes for the list"));
     visit(self.station,
           JobField("station NAME",
                    "Name of a station, a place where the robot stops for a while, to add or move"));

@@ -9,6 +9,7 @@
 #include "waymark/base/job_field.hpp"
 #include "waymark/evaluation/detections.hpp"
 #include "waymark/jobs/detect_all.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 
 /// `waymark evaluate detections`: detected tags against the true corners.
 namespace waymark {
@@ -35,6 +36,11 @@ struct EvaluateDetectionsJob {
     visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
   }
 };
+
+/// Fails unless pictures are given or what was detected, on edges that make no sense, and on flags that have
+/// no effect.
+[[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given);
+inline constexpr const char* kNothingDetected = "with --detections nothing is detected";
 
 struct EvaluateDetectionsReport {
   std::optional<DetectionScores> scores{};  ///< nothing: see error

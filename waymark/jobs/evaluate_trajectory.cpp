@@ -141,6 +141,17 @@ Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job, const
   return inputs;
 }
 
+Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference, const GivenFlags& given) {
+  const bool known = reference != nullptr;
+  FlagRefusals refused(given);
+  refused.flags(job.figures.empty(), {"--map"}, "no figure is drawn", "Add --figures, or leave it out.");
+  refused.flags(known && reference->timed.empty(), {"--alignment", "--time-offset-s"},
+                "of REF only the path is known, and no times", "Leave it out.");
+  refused.flags(known && !reference->timed.empty(), {"--closed"},
+                "REF says when the robot was where: a loop needs no closing", "Leave it out.");
+  return refused.status();
+}
+
 Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, const EvaluationInputs& inputs,
                                              const JobControl& control) {
   const std::optional<AlignmentKind> alignment = alignment_kind(job.alignment);

@@ -9,6 +9,7 @@
 #include "waymark/base/job_field.hpp"
 #include "waymark/evaluation/path_scores.hpp"
 #include "waymark/evaluation/trajectory_scores.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/trajectory_files.hpp"
 #include "waymark/samples/tag_map.hpp"
 
@@ -109,5 +110,9 @@ struct EvaluationInputs {
 
 /// The contract of `waymark evaluate --json` (docs/reference/cli.md). What is not known is null.
 [[nodiscard]] nlohmann::ordered_json to_json(const TrajectoryReport& report);
+
+/// Fails on flags that have no effect on what is compared; `reference`: once it is known.
+[[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
+                                   const GivenFlags& given);
 
 }  // namespace waymark

@@ -76,6 +76,10 @@ TEST_F(EvaluateTrajectoryFiles, OnlyAnAlignmentForgivesAnotherFrame) {
   ASSERT_TRUE(aligned) << to_string(aligned.error());
   EXPECT_LT(aligned->rows.front().scores->ate_m.rmse, 1e-6);
   EXPECT_EQ(aligned->alignment, AlignmentKind::Se2);
+  job_.alignment = "se4";
+  const auto unknown = evaluated(job_, control);
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().place.key, "alignment");
 }
 
 TEST_F(EvaluateTrajectoryFiles, AnOffsetOfTheClocksIsTakenAway) {

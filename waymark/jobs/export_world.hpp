@@ -7,11 +7,32 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
+#include "waymark/config/share.hpp"
 #include "waymark/simulation/world.hpp"
 
 /// `waymark world export`: a simulated place and robot for Gazebo Fortress.
 namespace waymark {
+
+/// What a user says of an export.
+struct ExportWorldWords {
+  std::string world{};
+  std::string folder{};  ///< ExportWorldJob::folder
+  std::string robot_file = "limo-gazebo";
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.world, JobField("world WORLD", kWorldNames).input().required());
+    visit(self.folder,
+          JobField("sdf FOLDER", "Folder to write world.sdf into, not there yet or empty").required());
+    visit(
+        self.robot_file,
+        JobField(
+            "robot_file NAME",
+            "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml file"));
+  }
+};
 
 struct ExportWorldJob {
   World world{};

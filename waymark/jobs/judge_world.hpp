@@ -5,11 +5,28 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
+#include "waymark/config/share.hpp"
 #include "waymark/simulation/orbit.hpp"
 #include "waymark/simulation/world_check.hpp"
 
 /// `waymark world check` and `waymark world orbit`: whether a world is one to drive in.
 namespace waymark {
+
+/// What a user says of a world that is judged.
+struct CheckWorldWords {
+  std::string world{};
+  std::string robot_file{};  ///< empty: as the world says
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.world, JobField("world WORLD", kWorldNames).input().required());
+    visit(self.robot_file,
+          JobField("robot_file NAME",
+                   "Body and camera of the robot: a name that `waymark robots` lists, or the path of a .yaml "
+                   "file. Unless given: the robot that the world names, or limo"));
+  }
+};
 
 /// What a good lap keeps.
 inline constexpr double kGoodLapClearance_m = 0.35;

@@ -1,4 +1,5 @@
 #include "waymark/jobs/lay_world.hpp"
+#include "waymark/config/robot_list.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -138,6 +139,14 @@ Status check_new_world(const std::string& output) {
   if (!std::filesystem::is_regular_file(output, ignored)) return check_output_file(output);
   return fail(ErrorCode::InvalidArgument, "the file exists", {.source = output},
               "Choose another name, or remove it.");
+}
+
+Result<LayWorldJob> described_lay_world(const LayWorldWords& words, const TagLayoutOptions& layout) {
+  auto robot = read_named_robot(words.robot_file);
+  if (!robot) return tl::unexpected(robot.error());
+  if (Status fresh = check_new_world(words.output); !fresh) return tl::unexpected(fresh.error());
+  return LayWorldJob{
+      .path = words.path, .output = words.output, .robot = std::move(*robot), .layout = layout};
 }
 
 Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control) {

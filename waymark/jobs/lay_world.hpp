@@ -4,6 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/simulation/tag_layout.hpp"
@@ -18,6 +19,27 @@ struct LayWorldJob {
   RobotDescription robot;  ///< that is to see the tags
   TagLayoutOptions layout{};
 };
+
+/// What a user says of a world that is laid.
+struct LayWorldWords {
+  std::string path{};
+  std::string output{};
+  std::string robot_file = "limo";
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.path,
+          JobField("path FILE",
+                   "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive")
+              .required());
+    visit(self.output, JobField("output FILE", "World to write (.yaml)").required());
+    visit(self.robot_file,
+          JobField("robot_file NAME", "Body and camera of the robot: a name, or a .yaml file"));
+  }
+};
+/// Reads the robot's file; fails also where check_new_world() does.
+[[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldWords& words,
+                                                      const TagLayoutOptions& layout);
 
 /// Fails where a file stands already under the name of the world, or none can be written.
 [[nodiscard]] Status check_new_world(const std::string& output);

@@ -137,4 +137,44 @@ Result<MapVideoJob> described_map_video(const MapVideoDescription& description,
   return status ? job : tl::unexpected(status.error());
 }
 
+Result<MapVideoJob> described_map_video(const MapVideoDescription& description, const MapJob& common) {
+  Result<MapVideoJob> job = described_map_video(description, common.overrides.tag_size_m);
+  if (!job) return job;
+  for (const auto& [tag, size_m] : common.overrides.size_by_tag_m) job->sizes.size_by_tag_m[tag] = size_m;
+  job->folder = common.folder;
+  job->videos = {common.lap};
+  job->videos.insert(job->videos.end(), common.more.begin(), common.more.end());
+  job->map_T_anchor = common.overrides.map_T_anchor;
+  job->search = common.options.bundle.search;
+  return job;
+}
+
+Status check_effects(const MapVideoDescription& of, const GivenFlags& given) {
+  FlagRefusals refused(given);
+  refused.flags(true,
+                {"--robot", "--method", "--world", "--extend", "--route-name", "--freeze", "--remove",
+                 "--model", "--map-sigma", "--against", "--tagslam", "--base-frame", "--camera-frame",
+                 "--camera-topic", "--imu-topic", "--odometry-topic"},
+                kNotOfVideos, kNoRobot);
+  refused.flags(of.prior.empty(), {"--prior-sigma-m", "--prior-sigma-deg"}, "this is about an older map",
+                "Give it with --prior.");
+  refused.flags(of.upright.empty() && of.floor.empty() && of.planes.empty(), {"--level-sigma-deg"},
+                "no tag is said to be level", "Give it with --upright, --floor or --plane.");
+  refused.flags(of.anchor.find(',') != std::string::npos || of.prior_sigma_m || of.prior_sigma_deg,
+                {"--anchor-pose"}, "the tags of --prior hold this map",
+                "Leave it out, or give one --anchor and neither --prior-sigma-m nor --prior-sigma-deg.");
+  return refused.status();
+}
+
+Status check_no_video(const GivenFlags& given) {
+  FlagRefusals refused(given);
+  refused.flags(true, {"--camera", "--camera-name", "--camera-size"}, "a recording brings its camera along",
+                "Give --robot for a recording without a calibration; --camera is that of a video.");
+  refused.flags(true,
+                {"--readout-ms", "--tag-size-sigma-m", "--distance", "--upright", "--floor", "--plane",
+                 "--level-sigma-deg", "--prior-sigma-m", "--prior-sigma-deg"},
+                "this is about videos", "Leave it out.");
+  return refused.status();
+}
+
 }  // namespace waymark

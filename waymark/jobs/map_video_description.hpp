@@ -6,6 +6,8 @@
 
 #include "waymark/base/job_field.hpp"
 #include "waymark/jobs/camera_description.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/jobs/map_video.hpp"
 
 namespace waymark {
@@ -89,5 +91,17 @@ struct MapVideoDescription {
 /// caller's. Errors name the flag of `waymark map` at fault, or the file.
 [[nodiscard]] Result<MapVideoJob> described_map_video(const MapVideoDescription& description,
                                                       std::optional<double> tag_size_m);
+/// The same with what is common to it and the job of a lap.
+[[nodiscard]] Result<MapVideoJob> described_map_video(const MapVideoDescription& description,
+                                                      const MapJob& common);
+
+/// Of flags that are about robots.
+inline constexpr const char* kNotOfVideos = "this has no effect on videos";
+inline constexpr const char* kNoRobot = "A video is mapped without a robot and its odometry: leave it out.";
+/// Fails on flags that have no effect on videos: about robots, their odometry and their routes, and about
+/// what was not given.
+[[nodiscard]] Status check_effects(const MapVideoDescription& of, const GivenFlags& given);
+/// Fails where a flag about videos was given: the lap is none.
+[[nodiscard]] Status check_no_video(const GivenFlags& given);
 
 }  // namespace waymark

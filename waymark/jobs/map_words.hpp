@@ -3,6 +3,7 @@
 #include <string>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/map_description.hpp"
 #include "waymark/jobs/map_scene.hpp"
 
@@ -95,5 +96,13 @@ struct MapWords {
               .less());
   }
 };
+
+/// The job of a scene, with options of the search.
+[[nodiscard]] Result<MapSceneJob> described_scene(const MapWords& words, const SearchOptions& search);
+/// Fails where the lap or the folder is missing, and on flags that have no effect on laps.
+[[nodiscard]] Status check_effects(const MapWords& words, const GivenFlags& given);
+/// Of flags that are about scenes.
+inline constexpr const char* kNotOfScenes = "this has no effect on scenes that TagSLAM's files describe";
+inline constexpr const char* kNoTagslam = "Leave it out, or leave out --tagslam.";
 
 }  // namespace waymark

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {
@@ -72,6 +73,9 @@ struct PlayWords {
     visit(self.options.json, JobField("json", "One JSON object a line instead of words"));
   }
 };
+
+/// Fails on a speed that is none, and on flags that have no effect.
+[[nodiscard]] Status check_effects(const PlayWords& words, const GivenFlags& given);
 
 /// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
 /// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).

@@ -51,6 +51,22 @@ Status check_board_style(const std::string& style) {
               {.key = "style"}, suggestion(style, styles));
 }
 
+Status check_effects(const BoardDescription& board, const GivenFlags& given) {
+  if (const Status known = check_board_style(board.style); !known) return known;
+  const bool squares = board.of_squares();
+  const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
+                             : "Leave it out, or choose --style chessboard or charuco.";
+  const std::string why = fmt::format("this has no effect on the style {}", board.style);
+  FlagRefusals refused(given);
+  refused.flags(!squares,
+                {"--square-size-m", "--marker-size-m", "--dictionary", "--legacy-pattern", "--tiled"}, why,
+                hint);
+  refused.flags(squares, {"--tag-size-m", "--spacing", "--family", "--kalibr-yaml"}, why, hint);
+  refused.flags(board.style == "chessboard",
+                {"--marker-size-m", "--dictionary", "--legacy-pattern", "--first-id"}, why, "Leave it out.");
+  return refused.status();
+}
+
 Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr) {
   auto layout = plot::layout_board(options);
   if (!layout) return tl::unexpected(layout.error());

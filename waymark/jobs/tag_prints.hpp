@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/write_pages.hpp"
 #include "waymark/plot/board.hpp"
 #include "waymark/plot/sheet_layout.hpp"
@@ -103,6 +104,8 @@ struct BoardDescription {
 
 /// Fails on a style that is neither one of tags (plot::BoardStyle) nor of squares (BoardKind).
 [[nodiscard]] Status check_board_style(const std::string& style);
+/// The same, and on flags that have no effect on the style.
+[[nodiscard]] Status check_effects(const BoardDescription& board, const GivenFlags& given);
 
 /// A board of tags on its page, and what Kalibr reads of it.
 struct PlannedBoard {

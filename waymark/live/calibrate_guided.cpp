@@ -125,6 +125,26 @@ Status check_sources(const CalibrateCameraWords& words) {
   return fail(ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected");
 }
 
+Status check_effects(const CalibrateCameraWords& words, bool live, const GivenFlags& given) {
+  const CalibrateCameraJob& job = words.job;
+  const bool guided = live || words.guided;
+  FlagRefusals refused(given);
+  refused.flags(!job.detections.empty(), {"--recursive"}, "with --detections nothing is detected",
+                "Leave it out, or give pictures.");
+  refused.flags(!job.target.map.empty(), {"--spacing", "--first-id", "--target"},
+                "this is about a board, and --map names a map", "Leave it out.");
+  refused.flags(job.output.empty(), {"--format"}, "this is about --output", "Give -o, or leave it out.");
+  refused.flags(job.output.empty() && job.camera_info.empty(), {"--force"}, "nothing is written",
+                "Give -o, or leave it out.");
+  Status status = refused.status() ? check_effects(job.target, given) : refused.status();
+  if (status) status = check_sources(words);
+  if (!status) return status;
+  refused.flags(!live, {"--view"}, "this is about live cameras", "Leave it out.");
+  refused.flags(!guided, {"--resume"}, "only a guided calibration keeps its views", kGuided);
+  refused.flags(guided, {"--map", "--detections"}, "a guided calibration is for boards", "Leave it out.");
+  return refused.status() && words.guided && !live ? check_guided_sources(job) : refused.status();
+}
+
 Status check_guided_sources(const CalibrateCameraJob& job) {
   for (const Input& input : find_inputs(job.sources, job.recursive))
     if (!input.error && !looks_like_recording(input.path) && !looks_like_video(input.path))

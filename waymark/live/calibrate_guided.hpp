@@ -3,6 +3,7 @@
 #include <string>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/guided_calibration.hpp"
 #include "waymark/live/live_page.hpp"
 
@@ -47,6 +48,11 @@ struct CalibrateCameraWords {
 /// Fails on pictures of their own among the sources: a guided calibration chooses among pictures that follow
 /// each other.
 [[nodiscard]] Status check_guided_sources(const CalibrateCameraJob& job);
+
+/// Fails on flags that have no effect, and where the two above do; `live`: the source is a live camera.
+[[nodiscard]] Status check_effects(const CalibrateCameraWords& words, bool live, const GivenFlags& given);
+/// What to do about options of a guided calibration.
+inline constexpr const char* kGuided = "Add --guided, or give a live camera.";
 
 /// Takes views until they tell the camera well enough, the source ends, or control cancels; then the
 /// calibration by all of them. How far it is are progress and notes.

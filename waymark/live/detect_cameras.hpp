@@ -7,6 +7,7 @@
 
 #include "waymark/base/job_field.hpp"
 #include "waymark/jobs/detect_pictures.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/camera_watch.hpp"
 #include "waymark/live/live_page.hpp"
@@ -48,6 +49,9 @@ struct DetectWords {
           JobField("duration_s FLOAT", "Time after which a live camera is closed; 0: never", 0.0, 1e7));
   }
 };
+
+/// Whether the inputs are live cameras; fails on flags that do not go with what they are.
+[[nodiscard]] Result<bool> is_camera_input(const std::vector<std::string>& sources, const GivenFlags& given);
 
 /// What became of one camera; an error ended it alone.
 struct DetectedCamera {

@@ -3,6 +3,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/job_field.hpp"
 #include "waymark/jobs/camera_description.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/localize_log.hpp"
 #include "waymark/live/robot_setup.hpp"
 
@@ -66,5 +67,8 @@ struct LocalizeLive {
 /// By the names of the job. `calibrated`: a camera's calibration is given, by which the recording of a camera
 /// counts as a video. Fails on inputs that do not go together, and where there is none.
 [[nodiscard]] Result<LocalizeInput> localize_kind(const LocalizeJob& job, bool calibrated);
+
+/// The same, and fails on flags that do not go with it.
+[[nodiscard]] Result<LocalizeInput> localize_input(const LocalizeJob& job, const GivenFlags& given);
 
 }  // namespace waymark

@@ -1,4 +1,5 @@
 #include "waymark/live/robot_setup.hpp"
+#include "waymark/config/faults_file.hpp"
 
 #include <system_error>
 #include <utility>
@@ -72,6 +73,26 @@ std::string robot_file_in(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "robot.yaml";
   std::error_code ignored;
   return std::filesystem::exists(file, ignored) ? file.string() : std::string();
+}
+
+Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, RobotSetup& setup) {
+  FlagRefusals refused(given);
+  refused.flags(!setup.process.empty(), {"--images", "--threads", "--faults"},
+                "only a simulated robot is asked for this", "Leave it out, or --robot process:CMD.");
+  refused.flags(!words.images, {"--threads"}, "without pictures there is nothing to do on threads",
+                "Add --images, or leave it out.");
+  if (!refused.status()) return refused.status();
+  setup.simulated.threads = words.threads;
+  if (words.faults.empty()) return {};
+  auto faults = read_faults(words.faults, setup.simulated.world);
+  if (!faults) return tl::unexpected(faults.error());
+  setup.simulated.robot.faults = std::move(*faults);
+  return {};
+}
+
+void refuse_seed(bool when, FlagRefusals& refused) {
+  refused.flags(when, {"--seed"}, "nothing is drawn at random for a robot that is a process",
+                "Leave it out; a simulated process takes a seed of its own.");
 }
 
 }  // namespace waymark

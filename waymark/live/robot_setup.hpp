@@ -11,10 +11,15 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/drivers/watchdog/robot_command.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/live/camera_address.hpp"
 #include "waymark/tags/detector_options.hpp"
 
 namespace waymark {
+
+/// Of --search-strips without --search-every.
+inline constexpr const char* kSearchedWholly = "every picture is searched wholly";
+inline constexpr const char* kSearchEvery = "Give --search-every 8, say, too.";
 
 /// How tags are found in the pictures of a robot.
 struct PictureSettings {
@@ -72,5 +77,19 @@ struct RobotSetup {
 
 /// robot.yaml of a map's folder, where it is there; else empty.
 [[nodiscard]] std::string robot_file_in(const std::filesystem::path& folder);
+
+/// What a user says of a simulated robot.
+struct SimulatedWords {
+  bool images = false;   ///< pictures are rendered, and tags found in them
+  int threads = 1;       ///< that do so
+  std::string faults{};  ///< file of a script; empty: none
+};
+/// Gives the setup the script of faults and the threads. Fails on flags of a simulated robot where it is a
+/// process.
+[[nodiscard]] Status describe_simulated(const SimulatedWords& words, const GivenFlags& given,
+                                        RobotSetup& setup);
+
+/// Refuses --seed, `when` nothing is simulated or scripted.
+void refuse_seed(bool when, FlagRefusals& refused);
 
 }  // namespace waymark

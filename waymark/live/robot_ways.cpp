@@ -1,4 +1,6 @@
 #include "waymark/live/robot_ways.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/jobs/robot_text.hpp"
 
 #include <fmt/format.h>
 
@@ -53,6 +55,30 @@ std::vector<std::string> ways_to_reach(const std::string& robot) {
   add_profiles("gazebo", find_gazebo_profile, robot, ways);
   ways.push_back(fmt::format("--robot process:CMD --robot-file {} (docs/formats/robot-process.md)", robot));
   return ways;
+}
+
+Result<RobotTable> robot_table() {
+  const auto robots = list_shared("robots");
+  if (!robots) return tl::unexpected(robots.error());
+  RobotTable table;
+  for (const ListedFile& listed : *robots) {
+    const auto shown = read_commented_robot(listed.path);
+    if (shown)
+      table.text += fmt::format("{:<20} {}\n", listed.name, first_sentence(shown->comment));
+    else
+      table.errors.push_back(shown.error());
+  }
+  return table;
+}
+
+Result<std::string> explained_robot(const std::string& name) {
+  const auto path = find_shared("robots", name);
+  const auto shown = path ? read_commented_robot(*path) : tl::unexpected(path.error());
+  if (!shown) return tl::unexpected(shown.error());
+  std::string text = robot_text(shown->robot, shown->comment);
+  text += fmt::format("file: {}\n", path->string());
+  for (const std::string& way : ways_to_reach(shown->robot.model.name)) text += way + "\n";
+  return text;
 }
 
 }  // namespace waymark

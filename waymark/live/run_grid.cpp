@@ -1,6 +1,10 @@
 #include "waymark/live/run_grid.hpp"
 
 #include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -125,6 +129,18 @@ Result<std::vector<ExperimentRun>> run_grid(const ExperimentGrid& grid, const fs
     }
   }
   return runs;
+}
+
+Result<ExperimentReport> run_experiment(const ExperimentGrid& grid, const ExperimentJob& job,
+                                        const JobControl& control) {
+  const auto runs = run_grid(grid, job.output, control);
+  if (!runs) return tl::unexpected(runs.error());
+  ExperimentReport report{.summaries = summaries_of(*runs)};
+  report.written =
+      write_text_file(std::filesystem::path(job.output) / "experiment.json", report.summaries.dump(2) + "\n");
+  report.all_finished =
+      report.written && std::ranges::all_of(*runs, [](const ExperimentRun& run) { return run.finished; });
+  return report;
 }
 
 }  // namespace waymark

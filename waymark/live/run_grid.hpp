@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "waymark/base/job_field.hpp"
 #include "waymark/jobs/experiment_summary.hpp"
 #include "waymark/jobs/job_control.hpp"
@@ -37,5 +39,14 @@ struct ExperimentJob {
 [[nodiscard]] Result<std::vector<ExperimentRun>> run_grid(const ExperimentGrid& grid,
                                                           const std::filesystem::path& folder,
                                                           const JobControl& control);
+
+struct ExperimentReport {
+  nlohmann::ordered_json summaries{};  ///< summaries_of() its runs
+  bool all_finished = false;
+  Status written{};  ///< experiment.json
+};
+/// Runs the grid and writes experiment.json into the folder, which check_experiment_folder() was asked about.
+[[nodiscard]] Result<ExperimentReport> run_experiment(const ExperimentGrid& grid, const ExperimentJob& job,
+                                                      const JobControl& control);
 
 }  // namespace waymark

@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/live/replay_route.hpp"
 #include "waymark/live/session_files.hpp"
 #include "waymark/live/start_recording.hpp"
@@ -101,5 +102,9 @@ struct SessionReport {
 /// Laps, and how each replay ended.
 [[nodiscard]] std::string to_text(const SessionReport& report, std::string_view stopped_by = "its caller");
 [[nodiscard]] nlohmann::ordered_json to_json(const SessionReport& report);
+
+/// Fails on flags that have no effect with this robot and this driver; `view`: it is watched.
+[[nodiscard]] Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view,
+                                   const GivenFlags& given);
 
 }  // namespace waymark

@@ -110,4 +110,13 @@ Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, cons
   return setup.process.empty() ? teach_simulated(setup, job, control) : teach_process(setup, job, control);
 }
 
+Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given) {
+  const bool process = !setup.process.empty();
+  FlagRefusals refused(given);
+  refused.flags(process || job.driver != "scripted", {"--wander-m", "--wander-time-s", "--overlap-m"},
+                "this is about the scripted driver of a simulated robot", "Leave it out.");
+  refuse_seed(process && job.driver != "scripted", refused);
+  return refused.status();
+}
+
 }  // namespace waymark

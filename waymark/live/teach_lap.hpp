@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/job_field.hpp"
+#include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/jobs/stopwatch.hpp"
 #include "waymark/live/robot_setup.hpp"
@@ -88,5 +89,8 @@ struct TeachReport {
 /// What was driven and seen, and whether it can be mapped; `loop`: the route was to close.
 [[nodiscard]] std::string to_text(const TeachReport& report, const std::string& file, bool loop);
 [[nodiscard]] nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file);
+
+/// Fails on flags of the script that drives a simulated robot, where it does not drive.
+[[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given);
 
 }  // namespace waymark
