@@ -23,8 +23,8 @@ LONG = {
     "waymark/server/live_hub_test.cpp"}
 LONGEST = 475  # of those
 
-# Flags, help, printing and exit codes; with tests. What grows beyond it belongs into jobs/ or live/. To be lowered: 6000 is wanted.
-MOST_LINES_OF_CLI = 5992
+# Flags, help, printing and exit codes; with tests. What grows beyond it belongs into jobs/ or live/.
+MOST_LINES_OF_CLI = 5988
 
 MOST_FILES_TO_A_COMMAND = 25
 BEGIN, END = "<!-- path of a picture: tests/house/sizes_test.py -->\n", "<!-- end of the path -->"

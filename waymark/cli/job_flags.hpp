@@ -21,7 +21,7 @@ void arrange(CLI::Option& option, const JobField& field);
 void link(CLI::App& app, const JobField& field);
 
 template <class Value>
-CLI::Option* add_field(CLI::App& app, Value& value, const JobField& field) {
+void add_field(CLI::App& app, Value& value, const JobField& field) {
   const std::string sentence(field.sentence);
   CLI::Option* option = nullptr;
   if constexpr (std::is_same_v<Value, bool>) {
@@ -35,17 +35,13 @@ CLI::Option* add_field(CLI::App& app, Value& value, const JobField& field) {
       between(static_cast<Number>(field.min), static_cast<Number>(field.max))(*option);
   }
   arrange(*option, field);
-  return option;
 }
 
-/// A flag or an input for each field, in order; `traits` (flags.hpp) are those of all. The job must stay
-/// where it is while the command line is parsed.
-template <HasFields Job, class... Trait>
-void add_fields(CLI::App& app, Job& job, const Trait&... traits) {
-  Job::fields(job, [&](auto& value, const JobField& field) {
-    [[maybe_unused]] CLI::Option* option = add_field(app, value, field);
-    (traits(*option), ...);
-  });
+/// A flag or an input for each field, in order. The job must stay where it is while the command line is
+/// parsed.
+template <HasFields Job>
+void add_fields(CLI::App& app, Job& job) {
+  Job::fields(job, [&](auto& value, const JobField& field) { add_field(app, value, field); });
   Job::fields(job, [&](auto&, const JobField& field) { link(app, field); });
 }
 
