@@ -89,19 +89,17 @@ Status check_spacing(const YamlCursor& points, const Route& route) {
   return {};
 }
 
-/// A speed that is negative drives backwards, against the heading: the points have to lie that way.
+/// A speed that is negative drives backwards, against the heading: the next point has to lie behind.
 Status check_directions(const YamlCursor& points, const Route& route) {
   for (std::size_t i = 1; i < route.points.size(); ++i) {
     const RoutePoint& before = route.points[i - 1];
     const Eigen::Vector2d way = (before.map_T_base.inverse() * route.points[i].map_T_base).translation();
-    const double along = way.x() * (before.speed_m_s < 0 ? -1 : 1);
-    if (along > -0.5 * way.norm() || way.norm() < 0.005) continue;
+    if (!(before.speed_m_s < 0) || way.x() < 0.5 * way.norm() || way.norm() < 0.005) continue;
     return points.fail_here(
         ErrorCode::InvalidArgument,
-        fmt::format("the speed of point {} (at {:.2f} m) is {:g} m/s, but the next point lies {} it", i - 1,
-                    before.arc_length_m, before.speed_m_s, way.x() < 0 ? "behind" : "ahead of"),
-        "A negative speed drives backwards along the route; where the next point lies ahead, the speed is "
-        "positive.");
+        fmt::format("the speed of point {} (at {:.2f} m) is {:g} m/s, but the next point lies ahead of it",
+                    i - 1, before.arc_length_m, before.speed_m_s),
+        "A negative speed drives backwards; where the next point lies ahead, the speed is positive.");
   }
   return {};
 }

@@ -125,6 +125,20 @@ TEST(RouteFile, APointThatWasChangedIsRefused) {
   EXPECT_NE(error_of(as_before(to_yaml(moved))).find("the arc length grows by 0.05 m"), std::string::npos);
 }
 
+TEST(RouteFile, ASpeedAgainstThePointsIsRefused) {
+  Route route{.length_m = 0.4};
+  for (int i = 0; i < 9; ++i)
+    route.points.push_back({.map_T_base = SE2(0.05 * i, 0, 0), .arc_length_m = 0.05 * i, .speed_m_s = 0.3});
+  EXPECT_TRUE(parse_route(to_yaml(route), "r.yaml"));
+  for (RoutePoint& point : route.points) point.speed_m_s = -0.3;
+  const auto wrong = parse_route(to_yaml(route), "r.yaml");
+  ASSERT_FALSE(wrong);
+  EXPECT_NE(to_string(wrong.error()).find("is -0.3 m/s, but the next point lies ahead of it"),
+            std::string::npos);
+  for (int i = 0; i < 9; ++i) route.points[static_cast<std::size_t>(i)].map_T_base = SE2(-0.05 * i, 0, 0);
+  EXPECT_TRUE(parse_route(to_yaml(route), "r.yaml")) << "backwards on purpose";
+}
+
 TEST(RouteFile, ARouteOfAnotherMapIsRefused) {
   TagMap map;
   for (const int i : {0, 1, 2, 3})
