@@ -4,7 +4,7 @@
 usage: tools/rendered_maps.py PROGRAM [--world circuit24] [--seeds 24] [--laps FOLDER] [--write docs/results/mapping.md]
 
 A lap is taught with --images, its tags are found in the pictures, and it is mapped by the bundle and by the chain. Nothing is
-aligned: both maps are in the frame of the world by their anchor. --laps keeps the recordings (40 MB each), and uses those that are
+aligned: both maps are in the frame of the world by their anchor. --laps keeps the recordings (4 MB each), and uses those that are
 there. Without --write the table is printed.
 """
 import argparse

@@ -10,7 +10,7 @@ namespace waymark {
 ///     visit(self.output, JobField("output FILE", "Recording to write (.mcap)").required());
 struct JobField : Field {
   /// `named`: the key, which is the flag with dashes, and what its value is called: "tag_size_m NUMBER";
-  /// of a switch the key alone.
+  /// of a switch the key alone. A range is checked where both of its ends are given.
   constexpr JobField(std::string_view named, std::string_view what,
                      double least = -std::numeric_limits<double>::infinity(),
                      double most = std::numeric_limits<double>::infinity())
