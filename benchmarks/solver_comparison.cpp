@@ -23,7 +23,6 @@
 #include "waymark/jobs/scene_recording.hpp"
 #include "waymark/mapping/optimization/bundle_terms.hpp"
 #include "waymark/mapping/optimization/front_cholesky.hpp"
-#include "waymark/mapping/optimization/schur_system.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
 
 namespace {
@@ -136,25 +135,6 @@ Times of_fronts(const Problem& problem) {
   times.covariance_s = least_s(3, [&] {
     if (!cholesky.factorize(0, 0)) std::abort();
     (void)cholesky.inverse_blocks(diagonal);
-  });
-  return times;
-}
-
-/// Where few enough unknowns are kept for a dense reduced system.
-Times of_elimination(const Problem& problem) {
-  BlockSystem system = problem.system();
-  const auto plan = waymark::internal::schur_plan(problem.unknowns.dimensions, problem.unknowns.couplings);
-  if (!plan.worth_it()) return {};
-  waymark::internal::SchurSystem schur(system, plan);
-  Times times;
-  times.step_s = least_s(5, [&] {
-    problem.fill(system);
-    if (!schur.factorize(0, 0)) std::abort();
-    (void)schur.solve(-system.gradient());
-  });
-  times.covariance_s = least_s(3, [&] {
-    if (!schur.factorize(0, 0)) std::abort();
-    (void)schur.diagonal_blocks();
   });
   return times;
 }
@@ -289,7 +269,6 @@ void compare(const std::string& name, const TagScene& scene, const SceneRecordin
               system.unknowns(), problem.terms.size(), static_cast<long>(system.lower().nonZeros()));
   const Times ours = of_fronts(problem);
   print("fronts (ours)", ours, ours);
-  print("elimination (ours)", of_elimination(problem), ours);
   print("Eigen SimplicialLDLT", of_eigen(problem), ours);
   print("Ceres, SuiteSparse", of_ceres(problem), ours);
 }

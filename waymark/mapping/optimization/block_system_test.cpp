@@ -1,14 +1,13 @@
-// Normal equations by blocks and their solution by elimination, beside dense matrices.
+// Normal equations by blocks, beside dense matrices.
 #include "waymark/mapping/optimization/block_system.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
 #include "waymark/base/random.hpp"
-#include "waymark/mapping/optimization/schur_system.hpp"
+#include "waymark/mapping/optimization/front_cholesky.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -154,65 +153,30 @@ TEST(BlockSystem, HasNoBlockBetweenWhatSharesNothing) {
   EXPECT_FALSE(system.block(2, 1));
 }
 
-/// 8 and 4 numbers of two lenses are as many as two poses have, and must not be taken for them.
-TEST(SchurSystem, SolvesAndInvertsAsADenseMatrixDoes) {
+/// Blocks of lenses (2 to 8 scalars) between those of poses (6).
+TEST(FrontCholesky, SolvesAndInvertsBlocksOfDifferentSizes) {
   constexpr double kDamping = 0.01;
   constexpr double kFloor = 1e-3;
   for (const auto& [first, second] : {std::pair(6, 6), std::pair(8, 4), std::pair(8, 8), std::pair(2, 3)}) {
     Random random(4);
-    const Problem problem = pictures(random, first, second);
-    const BlockSystem system = problem.system();
-    std::vector<std::pair<int, int>> couplings;
-    for (const Residual& residual : problem.residuals) {
-      for (int a : residual.unknowns) {
-        for (int b : residual.unknowns) couplings.emplace_back(a, b);
-      }
-    }
-    const SchurPlan plan = schur_plan(problem.dimensions, couplings);
-    ASSERT_TRUE(plan.worth_it());
-    SchurSystem schur(system, plan);
-    ASSERT_TRUE(schur.factorize(kDamping, kFloor));
+    const BlockSystem system = pictures(random, first, second).system();
+    const FrontPlan plan = front_plan(system);
+    FrontCholesky cholesky(system, plan);
+    ASSERT_TRUE(cholesky.factorize(kDamping, kFloor));
     Eigen::MatrixXd H = dense(system);
     H.diagonal() += kDamping * H.diagonal() + Eigen::VectorXd::Constant(H.rows(), kFloor);
     const Eigen::MatrixXd inverse = H.llt().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
     const Eigen::VectorXd expected = inverse * system.gradient();
-    EXPECT_LT((schur.solve(system.gradient()) - expected).norm(), 1e-9 * expected.norm()) << first;
-    const std::vector<Eigen::MatrixXd> blocks = schur.diagonal_blocks();
+    EXPECT_LT((cholesky.solve(system.gradient()) - expected).norm(), 1e-9 * expected.norm()) << first;
+    std::vector<std::pair<int, int>> diagonal;
+    for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
+    const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
     for (int u = 0; u < system.unknowns(); ++u) {
       const Eigen::MatrixXd block =
           inverse.block(system.offset(u), system.offset(u), system.dimension(u), system.dimension(u));
       EXPECT_LT((blocks[static_cast<std::size_t>(u)] - block).norm(), 1e-9 * inverse.norm()) << u;
     }
   }
-}
-
-TEST(SchurSystem, WhatIsNotDefiniteIsSaid) {
-  const std::vector<std::pair<int, int>> couplings = {{0, 1}, {0, 2}};
-  const BlockSystem system({6, 6, 6}, couplings);
-  const SchurPlan plan = schur_plan({6, 6, 6}, couplings);
-  EXPECT_FALSE(SchurSystem(system, plan).factorize(0, 0));
-  EXPECT_TRUE(SchurSystem(system, plan).factorize(0, 1));
-}
-
-TEST(SchurPlan, EachUnknownIsInOneGroupOrKept) {
-  Random random(5);
-  const Problem problem = pictures(random, 8, 4);
-  std::vector<std::pair<int, int>> couplings;
-  for (const Residual& residual : problem.residuals)
-    couplings.emplace_back(residual.unknowns[0], residual.unknowns[1]);
-  const SchurPlan plan = schur_plan(problem.dimensions, couplings);
-  int grouped = 0;
-  for (std::size_t g = 0; g < plan.groups.size(); ++g) {
-    int size = 0;
-    for (int member : plan.groups[g].members) {
-      EXPECT_EQ(plan.group_of[static_cast<std::size_t>(member)], static_cast<int>(g));
-      size += problem.dimensions[static_cast<std::size_t>(member)];
-    }
-    for (int kept : plan.groups[g].kept) EXPECT_EQ(plan.group_of[static_cast<std::size_t>(kept)], -1);
-    EXPECT_EQ(plan.groups[g].size, size);
-    grouped += size;
-  }
-  EXPECT_EQ(grouped + plan.reduced, std::accumulate(problem.dimensions.begin(), problem.dimensions.end(), 0));
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include "waymark/mapping/optimization/bundle.hpp"
 #include "waymark/mapping/optimization/bundle_terms.hpp"
 #include "waymark/mapping/optimization/front_cholesky.hpp"
-#include "waymark/mapping/optimization/schur_system.hpp"
 
 namespace waymark {
 
@@ -42,13 +41,6 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
       if (unknowns.of_intrinsics[i] >= 0) result.intrinsics[i] = block_of(unknowns.of_intrinsics[i]);
     }
   };
-  const internal::SchurPlan plan = internal::schur_plan(unknowns.dimensions, unknowns.couplings);
-  internal::SchurSystem schur(system, plan);
-  if (pairs.empty() && plan.worth_it() && schur.factorize(0, kFloor)) {
-    const std::vector<Eigen::MatrixXd> blocks = schur.diagonal_blocks();
-    read([&](int unknown) -> const Eigen::MatrixXd& { return blocks[static_cast<std::size_t>(unknown)]; });
-    return result;
-  }
   const internal::FrontPlan fronts = internal::front_plan(system);
   internal::FrontCholesky cholesky(system, fronts);
   if (!cholesky.factorize(0, kFloor)) {

@@ -6,7 +6,6 @@
 #include "waymark/mapping/optimization/front_cholesky.hpp"
 #include "waymark/mapping/optimization/kept_factor.hpp"
 #include "waymark/mapping/optimization/levenberg_marquardt.hpp"
-#include "waymark/mapping/optimization/schur_system.hpp"
 
 namespace waymark {
 namespace {
@@ -40,8 +39,7 @@ struct Values {
   std::vector<BundleIntrinsics> intrinsics;
 };
 
-/// A bundle as levenberg_marquardt() wants it: its normal equations, and the way of solving them that suits
-/// their pattern.
+/// A bundle as levenberg_marquardt() wants it: its normal equations, and their factorisation.
 class BundleProblem {
  public:
   BundleProblem(Bundle& bundle, const Unknowns& unknowns, const BundleOptions& options,
@@ -51,11 +49,9 @@ class BundleProblem {
         robust_chi2_(options.robust_chi2),
         relative_gain_(options.relative_gain),
         kept_(kept),
-        plan_(internal::schur_plan(unknowns.dimensions, unknowns.couplings)),
         system_(unknowns.dimensions, unknowns.couplings),
-        schur_(system_, plan_),
-        fronts_(plan_.worth_it() ? internal::FrontPlan() : internal::front_plan(system_)),
-        keeps_(!plan_.worth_it() && internal::worth_keeping(fronts_, system_)),
+        fronts_(internal::front_plan(system_)),
+        keeps_(internal::worth_keeping(fronts_, system_)),
         cholesky_(system_, fronts_) {}
   BundleProblem(const BundleProblem&) = delete;  // its parts refer to each other
   BundleProblem& operator=(const BundleProblem&) = delete;
@@ -66,7 +62,6 @@ class BundleProblem {
   }
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return system_.gradient(); }
   std::optional<Eigen::VectorXd> damped_step(double damping) {
-    if (plan_.worth_it()) return step_by_elimination(damping);
     constexpr double kShare = 0.1;  // of the gain at which the search ends
     return keeps_ ? kept_.step(system_, damping, kShare * relative_gain_ * cost_)
                   : internal::damped_step(cholesky_, system_, damping);
@@ -83,23 +78,13 @@ class BundleProblem {
   }
 
  private:
-  std::optional<Eigen::VectorXd> step_by_elimination(double damping) {
-    constexpr double kStays = 1e-12;  // what nothing determines stays where it is
-    if (!schur_.factorize(damping, kStays)) return std::nullopt;
-    Eigen::VectorXd step = schur_.solve(-system_.gradient());
-    if (!step.allFinite()) return std::nullopt;
-    return step;
-  }
-
   Bundle& bundle_;
   const Unknowns& unknowns_;
   double robust_chi2_;
   double relative_gain_;
   double cost_ = 0;
   internal::KeptFactor& kept_;
-  internal::SchurPlan plan_;
   BlockSystem system_;
-  internal::SchurSystem schur_;
   internal::FrontPlan fronts_;
   bool keeps_;
   internal::FrontCholesky cholesky_;
