@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "waymark/geometry/dense.hpp"
 #include "waymark/geometry/stumpff.hpp"
 
 namespace waymark {
@@ -103,8 +103,8 @@ SO3 SO3::from_matrix(const Eigen::Matrix3d& a_R_b) {
   if (orthonormality_error(a_R_b) < 1e-15 && a_R_b.determinant() > 0) {
     return from_quaternion(Eigen::Quaterniond(a_R_b));
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(davenport_matrix(a_R_b));
-  return from_quaternion(Eigen::Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))));
+  const SymmetricEigen<4> axes = symmetric_eigen<4>(davenport_matrix(a_R_b));
+  return from_quaternion(Eigen::Quaterniond(Eigen::Vector4d(axes.vectors.col(3))));
 }
 
 Result<SO3> SO3::try_from_quaternion(const Eigen::Quaterniond& a_q_b, double tolerance) {

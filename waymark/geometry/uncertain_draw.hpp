@@ -1,8 +1,7 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
-
 #include "waymark/base/random.hpp"
+#include "waymark/geometry/dense.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
 namespace waymark {
@@ -11,11 +10,11 @@ namespace waymark {
 /// zero.
 template <LieGroup G>
 [[nodiscard]] inline G sample(const Uncertain<G>& a_X_b, Random& random) {
-  const Eigen::SelfAdjointEigenSolver<Covariance<G>> solver(a_X_b.covariance);
+  const SymmetricEigen<G::kDof> axes = symmetric_eigen<G::kDof>(a_X_b.covariance);
   typename G::Tangent white;
   for (int i = 0; i < G::kDof; ++i) white[i] = random.normal();
-  const typename G::Tangent deviations = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return plus(typename G::Tangent(solver.eigenvectors() * deviations.cwiseProduct(white)), a_X_b.mean);
+  const typename G::Tangent deviations = axes.values.cwiseMax(0.0).cwiseSqrt();
+  return plus(typename G::Tangent(axes.vectors * deviations.cwiseProduct(white)), a_X_b.mean);
 }
 
 }  // namespace waymark

@@ -2,8 +2,7 @@
 
 #include <optional>
 
-#include <Eigen/Eigenvalues>
-
+#include "waymark/geometry/dense.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/pose/square_pose.hpp"
 
@@ -42,9 +41,9 @@ std::optional<Residuals> residuals_of(const TagDetection& detection, const SE3& 
     if (!px) return std::nullopt;
     off_px.segment<2>(static_cast<Eigen::Index>(2 * k)) = detection.corners_px[k] - *px;
   }
-  const Eigen::SelfAdjointEigenSolver<CornerCovariance> axes(covariance_of(detection));
-  if (axes.info() != Eigen::Success) return std::nullopt;
-  return Residuals{(axes.eigenvectors().transpose() * off_px).cwiseAbs2(), axes.eigenvalues().cwiseMax(0)};
+  const SymmetricEigen<8> axes = symmetric_eigen<8>(covariance_of(detection));
+  if (!axes.converged) return std::nullopt;
+  return Residuals{(axes.vectors.transpose() * off_px).cwiseAbs2(), axes.values.cwiseMax(0)};
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/evaluation/tag_reprojection.hpp"
+#include "waymark/geometry/dense.hpp"
 #include "waymark/jobs/report_page.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 #include "waymark/plot/loop_figures.hpp"
@@ -19,9 +19,8 @@ std::string millimetres(double metres) { return fmt::format("{:.1f}", 1000 * met
 /// Standard deviation in the direction in which the tag's centre is known worst.
 std::string sigma_mm(const MappedTag& tag) {
   if (!tag.covariance) return "-";
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tag.covariance->topLeftCorner<3, 3>(),
-                                                              Eigen::EigenvaluesOnly);
-  return millimetres(std::sqrt(std::max(0.0, solver.eigenvalues()[2])));
+  const double variance_m2 = symmetric_eigenvalues<3>(tag.covariance->topLeftCorner<3, 3>())[2];
+  return millimetres(std::sqrt(std::max(0.0, variance_m2)));
 }
 
 /// What the lap the map was made of says about it.

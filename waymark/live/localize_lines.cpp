@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/geometry/dense.hpp"
 #include "waymark/jobs/json_line.hpp"
 
 namespace waymark {
@@ -15,7 +15,7 @@ namespace {
 /// The largest standard deviation of the position [m].
 double position_sigma_m(const Uncertain<SE3>& pose) {
   const Eigen::Matrix3d position = coordinate_covariance(pose).topLeftCorner<3, 3>();
-  return std::sqrt(position.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff());
+  return std::sqrt(symmetric_eigen<3>(position).values.maxCoeff());
 }
 
 }  // namespace

@@ -1,15 +1,12 @@
 #include "waymark/localization/method.hpp"
+#include "waymark/geometry/dense.hpp"
 
 #include <cmath>
-
-#include <Eigen/Eigenvalues>
 
 namespace waymark {
 
 double LocalizationEstimate::position_sigma_m() const {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>(),
-                                                              Eigen::EigenvaluesOnly);
-  return std::sqrt(solver.eigenvalues().maxCoeff());
+  return std::sqrt(symmetric_eigenvalues<2>(covariance.topLeftCorner<2, 2>()).maxCoeff());
 }
 
 }  // namespace waymark

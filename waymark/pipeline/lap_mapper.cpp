@@ -9,6 +9,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/base/suggest.hpp"
+#include "waymark/geometry/dense.hpp"
 #include "waymark/mapping/lap/anchor_stance.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
 #include "waymark/mapping/lap/teach_chain.hpp"
@@ -65,7 +66,7 @@ double tilt_between(const SE3& map_T_tag, const SE3& other) {
 SE3 leaning_as(const SE3& stance, const SE3& given) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d floor_up = given.rotation() * (stance.rotation().inverse() * up);
-  const SO3 level = SO3::from_quaternion(Eigen::Quaterniond::FromTwoVectors(floor_up, up));
+  const SO3 level = SO3::from_quaternion(rotation_between(floor_up, up));
   return {level * given.rotation(), given.translation()};
 }
 

@@ -4,10 +4,9 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 #include "waymark/base/angles.hpp"
 #include "waymark/evaluation/pose_pairs.hpp"
+#include "waymark/geometry/dense.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
@@ -26,9 +25,7 @@ Figure over_time(const std::string& title, Axis y, std::vector<Series> series) {
 
 /// Twice the standard deviation in the direction of the floor in which it is largest.
 double two_sigma_m(const Eigen::Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance.topLeftCorner<2, 2>(),
-                                                              Eigen::EigenvaluesOnly);
-  return 2 * std::sqrt(std::max(0.0, solver.eigenvalues()[1]));
+  return 2 * std::sqrt(std::max(0.0, symmetric_eigenvalues<2>(covariance.topLeftCorner<2, 2>())[1]));
 }
 
 }  // namespace

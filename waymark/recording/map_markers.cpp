@@ -3,8 +3,7 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
+#include "waymark/geometry/dense.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 
@@ -70,11 +69,11 @@ ros2::Marker ellipsoid(const MappedTag& tag, std::int32_t number) {
   constexpr double kThinnest_m = 1e-4;  // what is flat is not drawn at all
   const Eigen::Matrix3d P =
       coordinate_covariance(Uncertain<SE3>{tag.map_T_tag, *tag.covariance}).topLeftCorner<3, 3>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(P);
-  Eigen::Matrix3d map_R_axes = axes.eigenvectors();
+  const SymmetricEigen<3> axes = symmetric_eigen<3>(P);
+  Eigen::Matrix3d map_R_axes = axes.vectors;
   if (map_R_axes.determinant() < 0) map_R_axes.col(0) *= -1;
   const Eigen::Vector3d size_m =
-      (2 * kDeviations * axes.eigenvalues().cwiseMax(0).cwiseSqrt()).cwiseMax(kThinnest_m);
+      (2 * kDeviations * axes.values.cwiseMax(0).cwiseSqrt()).cwiseMax(kThinnest_m);
   ros2::Marker shape = marker("uncertainty", number, ros2::Marker::kSphere);
   shape.pose = ros2::to_ros(SE3(SO3::from_matrix(map_R_axes), tag.map_T_tag.translation()));
   shape.scale = {.x = size_m.x(), .y = size_m.y(), .z = size_m.z()};

@@ -1,8 +1,7 @@
 #include "waymark/replay/motion_window.hpp"
+#include "waymark/geometry/dense.hpp"
 
 #include <numbers>
-
-#include <Eigen/Eigenvalues>
 
 namespace waymark::internal {
 
@@ -33,9 +32,8 @@ double yaw_sigma(const Cut& cut) {
 }
 
 double largest_sigma(const MotionSample& sample) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(sample.covariance.topLeftCorner<2, 2>(),
-                                                            Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
+  const Eigen::Vector2d variances_m2 = symmetric_eigenvalues<2>(sample.covariance.topLeftCorner<2, 2>());
+  return std::sqrt(std::max(0.0, variances_m2.maxCoeff()));
 }
 
 double turn_noise(const Cut& cut, const MotionScales& scales) {

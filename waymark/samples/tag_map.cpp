@@ -1,4 +1,5 @@
 #include "waymark/samples/tag_map.hpp"
+#include "waymark/geometry/dense.hpp"
 
 #include <set>
 
@@ -7,7 +8,7 @@
 namespace waymark {
 
 SE3 map_T_floor(const FloorPlane& floor) {
-  const auto map_q_floor = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), floor.normal);
+  const auto map_q_floor = rotation_between(Eigen::Vector3d::UnitZ(), floor.normal);
   return {SO3::from_quaternion(map_q_floor), Eigen::Vector3d(0, 0, floor.z_m)};
 }
 

@@ -1,4 +1,5 @@
 #include "waymark/sdf/texture_place.hpp"
+#include "waymark/geometry/dense.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +37,7 @@ void add_box(const SdfVisual& box, std::vector<TexturedTriangle>& triangles) {
 }
 
 void add_plane(const SdfVisual& plane, std::vector<TexturedTriangle>& triangles) {
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), plane.visual_n_plane);
+  const Eigen::Quaterniond turn = rotation_between(Vec3::UnitZ(), plane.visual_n_plane);
   add_face(plane.visual_t_centre, turn * (plane.size_m.x() * Vec3::UnitX()),
            turn * (-plane.size_m.y() * Vec3::UnitY()), triangles);
 }

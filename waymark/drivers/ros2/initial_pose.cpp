@@ -4,8 +4,8 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
+#include "waymark/geometry/dense.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/frame_tree.hpp"
@@ -43,7 +43,7 @@ bool is_covariance(const Eigen::Matrix3d& P) {
   constexpr double kLeast = 1e-12;
   constexpr double kMost = 1e6;
   if (!P.allFinite() || (P - P.transpose()).norm() > 1e-6 * P.norm()) return false;
-  const Eigen::Vector3d variances = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(P).eigenvalues();
+  const Eigen::Vector3d variances = symmetric_eigen<3>(P).values;
   return variances.minCoeff() > kLeast && variances.maxCoeff() < kMost;
 }
 

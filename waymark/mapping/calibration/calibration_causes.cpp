@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/geometry/dense.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -84,13 +85,13 @@ struct Gain {
 Gain gain_of(const ViewResiduals& view, const Eigen::MatrixXd& J) {
   Eigen::MatrixXd A(view.r.size(), 6 + J.cols());
   A << view.J_pose, J;
-  const Eigen::MatrixXd information = A.transpose() * A;
-  const Eigen::VectorXd gradient = A.transpose() * view.r;
-  const Eigen::LDLT<Eigen::MatrixXd> factor(information);
-  const Eigen::LDLT<Eigen::MatrixXd> alone(information.topLeftCorner<6, 6>());
-  if (!factor.isPositive() || !alone.isPositive()) return {0, Eigen::VectorXd::Zero(J.cols())};
-  const Eigen::VectorXd step = -factor.solve(gradient);
-  const double without = gradient.head<6>().dot(alone.solve(gradient.head<6>()));
+  const Eigen::MatrixXd information = transposed_product(A, A);
+  const Eigen::VectorXd gradient = transposed_product(A, view.r);
+  const SymmetricSolution together = solve_symmetric(information, gradient);
+  const SymmetricSolution alone = solve_symmetric(information.topLeftCorner(6, 6), gradient.head(6));
+  if (!together.positive || !alone.positive) return {0, Eigen::VectorXd::Zero(J.cols())};
+  const Eigen::VectorXd step = -together.X.col(0);
+  const double without = gradient.head(6).dot(alone.X.col(0));
   return {std::max(0.0, -gradient.dot(step) - without), step.tail(J.cols())};
 }
 
@@ -136,9 +137,10 @@ struct FocalStep {
 };
 
 FocalStep focal_step(const ViewResiduals& view) {
-  const Eigen::LDLT<Eigen::MatrixXd> pose(view.J_pose.transpose() * view.J_pose);
-  const Eigen::VectorXd rest =
-      view.J_focal - view.J_pose * pose.solve(view.J_pose.transpose() * view.J_focal);
+  const SymmetricSolution pose = solve_symmetric(transposed_product(view.J_pose, view.J_pose),
+                                                 transposed_product(view.J_pose, view.J_focal));
+  if (!pose.positive) return {};
+  const Eigen::VectorXd rest = view.J_focal - product(view.J_pose, pose.X);
   return {rest.squaredNorm(), rest.dot(view.r)};
 }
 

@@ -3,10 +3,10 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
+#include "waymark/geometry/dense.hpp"
 #include "waymark/mapping/calibration/calibration_search.hpp"
 #include "waymark/pose/homography.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
@@ -74,7 +74,7 @@ SE3 reflected(const SE3& cam_T_target) {
   const Eigen::Vector3d sight = cam_T_target.translation().normalized();
   const Eigen::Vector3d normal = cam_T_target.rotation() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d other = 2 * normal.dot(sight) * sight - normal;
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(normal, other);
+  const Eigen::Quaterniond turn = rotation_between(normal, other);
   const Eigen::AngleAxisd axis(turn);
   return {SO3::exp(axis.angle() * axis.axis()) * cam_T_target.rotation(), cam_T_target.translation()};
 }
@@ -158,8 +158,8 @@ bool usable(const TargetView& view) {
   }
   if (points < kFewestPoints) return false;
   const Eigen::Vector3d mean = sum / points;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread(squares / points - mean * mean.transpose());
-  return spread.eigenvalues()[1] > kLine * kLine * spread.eigenvalues()[2];
+  const Eigen::Vector3d spread_m2 = symmetric_eigen<3>(squares / points - mean * mean.transpose()).values;
+  return spread_m2[1] > kLine * kLine * spread_m2[2];
 }
 
 Status begin_search(Search& search, LensModel lens) {

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/geometry/dense.hpp"
 #include "waymark/mapping/calibration/calibration_advice.hpp"
 #include "waymark/mapping/calibration/calibration_causes.hpp"
 #include "waymark/mapping/calibration/calibration_search.hpp"
@@ -182,8 +183,12 @@ Result<CameraCalibration> result_of(const Search& search, const IntrinsicsFit& f
   if (!(free > 0))
     return fail(ErrorCode::InvalidArgument, "fewer corners than unknowns", {}, "Take more pictures.");
   found.noise_scale = std::sqrt(fit.chi2 / free);
-  found.covariance = square(found.noise_scale) * fit.information.ldlt().solve(Eigen::MatrixXd::Identity(
-                                                     fit.parameters.size(), fit.parameters.size()));
+  const Eigen::Index n = fit.parameters.size();
+  const SymmetricSolution inverse = solve_symmetric(fit.information, Eigen::MatrixXd::Identity(n, n));
+  if (!inverse.positive)
+    return fail(ErrorCode::InvalidArgument, "the images do not determine the camera's parameters", {},
+                "Take images of the target from more sides.");
+  found.covariance = square(found.noise_scale) * inverse.X;
   found.rms_px = root_mean(squares);
   found.regions = regions_of(search.views, *camera);
   return found;

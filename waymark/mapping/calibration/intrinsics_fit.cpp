@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "waymark/geometry/dense.hpp"
 #include "waymark/mapping/calibration/mark_projection.hpp"
 #include "waymark/mapping/optimization/levenberg_marquardt.hpp"
 
@@ -151,7 +152,7 @@ Matrix damped(Matrix m, double damping) {
 
 /// Poses eliminated (Triggs et al., "Bundle Adjustment - A Modern Synthesis", section 6.1).
 struct Elimination {
-  std::vector<Eigen::LLT<Matrix6>> poses{};
+  std::vector<Cholesky> poses{};
   Eigen::MatrixXd reduced{};  ///< the Schur complement: information of the intrinsics
   Eigen::VectorXd gradient{};
 };
@@ -161,9 +162,9 @@ std::optional<Elimination> eliminate(const std::vector<ViewSystem>& systems, dou
   Elimination result{.reduced = Eigen::MatrixXd::Zero(n, n), .gradient = Eigen::VectorXd::Zero(n)};
   for (const ViewSystem& system : systems) {
     const auto& factor = result.poses.emplace_back(damped(system.C, damping));
-    if (factor.info() != Eigen::Success) return std::nullopt;
-    result.reduced += damped(system.A, damping) - system.B * factor.solve(system.B.transpose());
-    result.gradient += system.a - system.B * factor.solve(system.c);
+    if (!factor.positive()) return std::nullopt;
+    result.reduced += damped(system.A, damping) - product(system.B, factor.solve(system.B.transpose()));
+    result.gradient += system.a - product(system.B, factor.solve(system.c));
   }
   return result;
 }
@@ -175,13 +176,13 @@ std::optional<Eigen::VectorXd> step_of(const std::vector<ViewSystem>& systems, d
   const Eigen::Index n = reduced->gradient.size();
   Eigen::VectorXd step(n + 6 * std::ssize(systems));
   if (n > 0) {
-    const Eigen::LDLT<Eigen::MatrixXd> factor(reduced->reduced);
-    if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
-    step.head(n) = -factor.solve(reduced->gradient);
+    const SymmetricSolution intrinsics = solve_symmetric(reduced->reduced, reduced->gradient);
+    if (!intrinsics.positive) return std::nullopt;
+    step.head(n) = -intrinsics.X.col(0);
   }
   for (std::size_t i = 0; i < systems.size(); ++i)
     step.segment<6>(n + 6 * static_cast<Eigen::Index>(i)) =
-        -reduced->poses[i].solve(systems[i].c + systems[i].B.transpose() * step.head(n));
+        -reduced->poses[i].solve(systems[i].c + transposed_product(systems[i].B, step.head(n)));
   return step.allFinite() ? std::optional(std::move(step)) : std::nullopt;
 }
 

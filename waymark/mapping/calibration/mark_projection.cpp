@@ -1,4 +1,5 @@
 #include "waymark/mapping/calibration/mark_projection.hpp"
+#include "waymark/geometry/dense.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -47,10 +48,14 @@ Result<ViewMark> view_mark(TargetMark mark, double corner_sigma_px) {
     view.whitening = MarkMatrix::Identity(n, n) / corner_sigma_px;
     return view;
   }
-  const Eigen::LLT<Eigen::MatrixXd> llt(seen.covariance_px2);
-  if (seen.covariance_px2.rows() != n || !seen.covariance_px2.allFinite() || llt.info() != Eigen::Success)
+  const auto refused = [] {
     return fail(ErrorCode::InvalidArgument, "the covariance of a mark's corners is not positive definite");
-  view.whitening = llt.matrixL().solve(Eigen::MatrixXd::Identity(n, n));
+  };
+  if (seen.covariance_px2.rows() != n || seen.covariance_px2.cols() != n || !seen.covariance_px2.allFinite())
+    return refused();
+  const Cholesky factor(seen.covariance_px2);
+  if (!factor.positive()) return refused();
+  view.whitening = factor.whitening();
   return view;
 }
 

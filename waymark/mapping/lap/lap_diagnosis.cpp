@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <Eigen/Eigenvalues>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/geometry/dense.hpp"
 
 namespace waymark::internal {
 
@@ -53,11 +53,7 @@ void check_line(const BundleMap& map, std::vector<std::string>& words) {
     const Eigen::Vector3d off = tag.map_T_tag.translation() - mean;
     scatter += off * off.transpose();
   }
-  const Eigen::Vector3d spread =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly)
-          .eigenvalues()
-          .cwiseMax(0.0)
-          .cwiseSqrt();
+  const Eigen::Vector3d spread = symmetric_eigenvalues<3>(scatter).cwiseMax(0.0).cwiseSqrt();
   if (spread[1] > kNarrow * spread[2]) return;
   words.emplace_back(
       "all tags stand on one line: the map may turn about it, and what lies across it is known badly; put "
