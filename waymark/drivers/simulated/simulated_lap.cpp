@@ -44,7 +44,7 @@ std::vector<MountedCamera> SimulatedSetup::cameras() const {
   return all;
 }
 
-Result<LapEnd> drive_lap(const SimulatedSetup& setup, const Drive& drive, const LapListener& listener,
+Result<LapEnd> drive_lap(const SimulatedSetup& setup, const DriveFunction& drive, const LapListener& listener,
                          double timeout_s) {
   const Result<std::vector<PathPoint>> path = line_of(setup.world);
   if (!path) return tl::unexpected(path.error());

@@ -45,11 +45,12 @@ struct LapListener {
 
 /// Asked twenty times a second: the true pose (a person sees the robot), the time since it was switched on,
 /// and the time of its sensors. An error ends the lap.
-using Drive = std::function<Result<DriverDecision>(const SE2& map_T_base, Duration uptime, SensorTime now)>;
+using DriveFunction =
+    std::function<Result<DriverDecision>(const SE2& map_T_base, Duration uptime, SensorTime now)>;
 
 /// Lets somebody drive the robot, from the beginning of the world's line. What the listener receives, and the
 /// order of it, does not depend on the number of threads.
-[[nodiscard]] Result<LapEnd> drive_lap(const SimulatedSetup& setup, const Drive& drive,
+[[nodiscard]] Result<LapEnd> drive_lap(const SimulatedSetup& setup, const DriveFunction& drive,
                                        const LapListener& listener, double timeout_s = 600);
 
 /// The scripted driver of a setup, on the world's line. Fails on a world without one.
