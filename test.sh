@@ -87,20 +87,20 @@ build() {  # build PRESET [targets...]
   cmake --build --preset "$preset" -j "$jobs" ${1:+--target "$@"} -- --quiet
 }
 
-run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals
-  local preset="$1"; shift
-  local report="$PWD/build/$preset/tests.xml" outcome=0
-  ctest --preset "$preset" -j "$((jobs + 1))" --timeout "$([ -n "$full" ] && echo 7200 || echo 600)" --output-junit "$report" "$@" >"build/$preset/tests.log" 2>&1 || outcome=$?
-  [ "$outcome" -eq 0 ] || sed -n '/^ *[0-9]*\/[0-9]* Test.*\*\*\*/,$p' "build/$preset/tests.log" | tail -150
-  read -r total bad skip < <(sed -n 's/.*tests="\([0-9]*\)".*/\1/p;s/.*failures="\([0-9]*\)".*/\1/p;s/.*skipped="\([0-9]*\)".*/\1/p' \
-    "$report" | head -3 | tr '\n' ' ') || true  # no newline at the end is no failure
-  echo "$preset: $((total - bad - skip)) passed, $bad failed, $skip skipped"
-  passed=$((passed + total - bad - skip)); failed=$((failed + bad)); skipped=$((skipped + skip))
+run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals. A selection without tests fails.
+  local preset="$1" outcome=0 ok bad skip; shift
+  local report="$PWD/build/$preset/tests.xml" log="$PWD/build/$preset/tests.log"
+  ctest --preset "$preset" --no-tests=error -j "$((4 * jobs))" --timeout "$([ -n "$full" ] && echo 7200 || echo 900)" \
+    --test-output-size-passed 65536 --test-output-truncation head --output-junit "$report" "$@" >"$log" 2>&1 || outcome=$?
+  [ "$outcome" -eq 0 ] || { sed -n '/^ *[0-9]*\/[0-9]* Test.*\*\*\*/,$p' "$log" | tail -150; grep 'No tests were found' "$log" || true; }
+  read -r ok bad skip < <(tools/count_tests.py "$report")
+  echo "$preset: $ok passed, $bad failed, $skip skipped"
+  passed=$((passed + ok)); failed=$((failed + bad)); skipped=$((skipped + skip))
   [ "$outcome" -eq 0 ]
 }
 
 helper=""
-meanwhile() {  # meanwhile FUNCTION: in the background, where nobody else wants the processor; ends with this script
+meanwhile() {  # meanwhile COMMAND...: in the background, at the lowest priority; ends with this script
   set -m  # a process group of its own, to be ended as a whole
   (renice -n 19 "$BASHPID" >/dev/null; "$@") >build/meanwhile.log 2>&1 </dev/null &
   helper=$!
@@ -117,11 +117,11 @@ tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the 
 tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"
 
 # In their short form sanitizers and fuzzers share one build: what reads foreign bytes, and the fuzzers of pictures and YAML.
-sanitized_rooms=(base codecs recording drivers/process)
+sanitized_tests=waymark_bytes_tests
 short_fuzzers=(image_fuzz camera_yaml_fuzz yaml_fields_fuzz)
 build_sanitized() {
-  local targets=() room
-  if wanted sanitizers; then for room in "${sanitized_rooms[@]}"; do targets+=("waymark_${room//\//_}_tests"); done; fi
+  local targets=()
+  if wanted sanitizers; then targets+=("$sanitized_tests"); fi
   if wanted fuzzers; then targets+=("${short_fuzzers[@]}"); fi
   [ ${#targets[@]} -eq 0 ] || build fuzz "${targets[@]}"
 }
@@ -135,7 +135,7 @@ house_rules() {
   tools/check_includes.py && git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
 }
 
-long_tests() {  # long_tests REGEX: the tests with a label that matches (a program's name, or full_…), with as many runs as WAYMARK_FULL asks for
+long_tests() {  # long_tests REGEX: the tests with a label that matches (a room, a file of tests/, or full_…), with as many runs as WAYMARK_FULL asks for
   build check && WAYMARK_FULL=1 run_tests check -L "$1"
 }
 
@@ -143,10 +143,10 @@ full_part() {  # full_part NAME: one part of --full
   step "full: $1"
   case "$1" in
     tests) run_short_tests && house_rules ;;
-    pose) long_tests '^waymark_(tags|pose|mapping_.*|refinement_.*|rendered_pose|scene_camera_detection|calibrate_photograph|sheet)_tests$' ;;
-    map) long_tests '^(waymark_(map_.*|recording|jobs)_tests|full_map)$' ;;
-    localize) long_tests '^(waymark_localization.*_tests|full_localize)$' ;;
-    replay) long_tests '^(waymark_(replay.*|pipeline|runtime)_tests|full_replay)$' ;;
+    pose) long_tests '^(tags|pose|mapping/.*|refinement_.*|rendered_pose|scene_camera_detection|calibrate_photograph|waymark_detector_sets|detector_real_data|sheets)$' ;;
+    map) long_tests '^(map_.*|lap_calibration|recording|jobs|full_map)$' ;;
+    localize) long_tests '^(localization.*|full_localize)$' ;;
+    replay) long_tests '^(replay.*|reversing_route|loop|pipeline|runtime|full_replay)$' ;;
     python) long_tests '^full_python$' ;;
     site) waymark_install "${WAYMARK_WEB_PACKAGES[@]}" && tools/build_web.sh && long_tests '^full_site$' ;;
     sanitizers)
@@ -154,8 +154,7 @@ full_part() {  # full_part NAME: one part of --full
       step "full: sanitizers, Python: bad input, buffers, lifetime, threads, fork, pickles"
       build asan-python waymark_python && run_tests asan-python -L python_sanitized ;;
     threads)
-      mapfile -t programs < <(git grep -l 'TEST.*Threads' -- 'waymark/*_test.cpp' | sed 's|/[^/]*$|_tests|; s|/|_|g' | sort -u)
-      build tsan "${programs[@]}" && run_tests tsan -L threads ;;
+      build tsan && run_tests tsan -L '^threads$' ;;
     fuzz) build fuzz && tools/run_fuzzers.sh build/fuzz 120 ;;
     tidy) tools/tidy.sh --all ;;
     headers)
@@ -224,23 +223,27 @@ fi
 
 if wanted house; then house_rules; fi  # first: they take seconds
 
+incomplete=""
 if wanted tests; then
-  step "build"
+  step "build: the programs"
+  build check waymark_programs
+  # Tests that start programs wait for half of their time: meanwhile the test programs of the rooms are compiled.
+  step "tests of the programs"
+  meanwhile build check
+  run_tests check -LE '^built_later$' || incomplete=1
+  wait "$helper" || true  # what failed fails again here, with words
   build check
-  step "unit, system and consumer tests"
-  meanwhile build_sanitized  # half of a test's time is waiting
-  run_tests check
-  [ -z "$helper" ] || wait "$helper" || true  # what failed fails again below, with words
+  step "tests of the rooms"
+  meanwhile build_sanitized
+  run_tests check -L '^built_later$' || incomplete=1
+  wait "$helper" || true
   helper=""
 fi
 
 if wanted sanitizers; then
   step "sanitizers: address, undefined behaviour"
   build_sanitized
-  for room in "${sanitized_rooms[@]}"; do
-    echo "sanitizers: $room"
-    "build/fuzz/waymark/$room/waymark_${room//\//_}_tests" --gtest_brief=1 | tail -3
-  done
+  "build/fuzz/tests/$sanitized_tests" --gtest_brief=1 | tail -3
 fi
 if wanted fuzzers; then
   step "fuzzers"
@@ -254,4 +257,4 @@ fi
 
 step "done in $((SECONDS - started)) s"
 echo "$passed passed, $failed failed, $skipped skipped"
-[ "$failed" -eq 0 ]
+[ "$failed" -eq 0 ] && [ -z "$incomplete" ]

@@ -1,8 +1,4 @@
-# Files of one target compiled together (WAYMARK_UNITY), which takes a third of the time where parsing headers is most of it. With GCC, where
-# Eigen's templates are (geometry, pose, …), it takes longer: with that compiler only these rooms are compiled so.
-set(WAYMARK_COMPILED_TOGETHER waymark_jobs waymark_live waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
-  waymark_evaluation waymark_drivers_simulated)
-# With precompiled headers Eigen's instantiations are shared, and every room gains by it, and so do its tests.
+# Files of one target compiled together (WAYMARK_UNITY): headers are parsed, and templates instantiated, once for all of them.
 set(WAYMARK_FILES_TOGETHER 12)  # at most: what one processor compiles while the others have work too
 
 # Two files cannot be compiled together where their anonymous namespaces have a name in common. Such names are what a line there declares
@@ -75,14 +71,13 @@ function(waymark_batch target)
     endif()
     list(APPEND files_${batch} ${file})
     list(APPEND names_${batch} ${names})
-    set_source_files_properties(${file} PROPERTIES UNITY_GROUP ${batch})
+    set_source_files_properties(${file} TARGET_DIRECTORY ${target} PROPERTIES UNITY_GROUP ${batch})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
 
 function(waymark_compile_together target)
-  string(REGEX REPLACE "_tests$" "" room ${target})
-  if(WAYMARK_PRECOMPILED OR (WAYMARK_UNITY AND room IN_LIST WAYMARK_COMPILED_TOGETHER))
+  if(WAYMARK_UNITY)
     waymark_batch(${target} ${ARGN})
   endif()
 endfunction()

@@ -2,6 +2,7 @@
 #
 # One folder = one target = one layer. Sources, headers and tests stand side by side in waymark/NAME; tests are the
 # files called *_test.cpp. USES is held against cmake/rooms.txt: an edge the table does not allow stops the configure.
+# WAYMARK_ROOM_TESTS is then the program with the room's tests (cmake/TestPrograms.cmake), or empty.
 # An INTERNAL room is the inside of a program and is not installed; of the others the headers in cmake/public_headers.txt are.
 file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt _waymark_rows REGEX "^[a-z0-9/]+ *\\|")
 file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/public_headers.txt WAYMARK_PUBLIC_HEADERS REGEX "^waymark/")
@@ -79,25 +80,11 @@ function(waymark_room name)
       FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
   endif()
 
+  set(WAYMARK_ROOM_TESTS "" PARENT_SCOPE)
   if(WAYMARK_BUILD_TESTS AND tests)
-    waymark_test(waymark_${name}_tests SOURCES ${tests} LIBS ${target} ${ROOM_TEST_LIBS})
+    waymark_test_program_of(${room} program)
+    target_sources(${program} PRIVATE ${tests})
+    target_link_libraries(${program} PRIVATE ${target} ${ROOM_TEST_LIBS})
+    set(WAYMARK_ROOM_TESTS ${program} PARENT_SCOPE)
   endif()
-endfunction()
-
-# waymark_test(NAME [PLAIN] SOURCES file... LIBS lib...): a GoogleTest program with our seeds and data lookup; PLAIN: without
-# precompiled headers.
-function(waymark_test name)
-  cmake_parse_arguments(TEST "PLAIN" "" "SOURCES;LIBS" ${ARGN})
-  add_executable(${name} ${TEST_SOURCES})
-  waymark_compile_together(${name} ${TEST_SOURCES})
-  if(NOT TEST_PLAIN AND NOT name STREQUAL "waymark_base_tests")
-    waymark_precompile(${name} waymark_precompiled_tests)
-  endif()
-  target_link_libraries(${name} PRIVATE ${TEST_LIBS} waymark_test_support waymark_warnings GTest::gmock_main)
-  # rapidcheck prints the seed of a failing property; the fixed one makes every run the same.
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-*Threads*"
-    PROPERTIES ENVIRONMENT "RC_PARAMS=seed=20261121" LABELS ${name})
-  # What the thread sanitizer has to see says so in its name.
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "*Threads*" TEST_LIST ${name}_with_threads
-    PROPERTIES ENVIRONMENT "RC_PARAMS=seed=20261121" LABELS threads)
 endfunction()

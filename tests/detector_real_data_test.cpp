@@ -25,7 +25,7 @@ namespace {
 
 using Corners = std::array<Eigen::Vector2d, 4>;
 
-struct Photograph {
+struct FieldPhotograph {
   Image image;
   std::vector<Corners> tags;  ///< TL, TR, BR, BL
 };
@@ -49,8 +49,8 @@ std::vector<Corners> read_regression_corners(const std::filesystem::path& path) 
   return tags;
 }
 
-std::vector<Photograph> read_photographs(const std::filesystem::path& folder) {
-  std::vector<Photograph> photographs;
+std::vector<FieldPhotograph> read_photographs(const std::filesystem::path& folder) {
+  std::vector<FieldPhotograph> photographs;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".jpg") continue;
     auto image = read_image(entry.path());
@@ -126,7 +126,7 @@ TEST(DetectorOnPhotographs, AgreesWithTheListedCorners) {
   const auto detector = make_apriltag_detector(options).value();
   std::size_t tags = 0;
   double worst = 0;
-  for (const Photograph& photograph : read_photographs(folder)) {
+  for (const FieldPhotograph& photograph : read_photographs(folder)) {
     for (const double error_px :
          corner_errors_px(photograph.tags, detector->detect(photograph.image).value())) {
       ++tags;
@@ -142,7 +142,7 @@ TEST(DetectorOnPhotographs, DefaultsFindNearlyAll) {
   WAYMARK_REAL_DATA(folder, "apriltag-images");
   const auto detector = make_apriltag_detector().value();
   std::ptrdiff_t found = 0;
-  for (const Photograph& photograph : read_photographs(folder)) {
+  for (const FieldPhotograph& photograph : read_photographs(folder)) {
     const auto errors = corner_errors_px(photograph.tags, detector->detect(photograph.image).value());
     found += std::count_if(errors.begin(), errors.end(), [](double error) { return error < 3; });
   }

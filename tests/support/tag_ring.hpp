@@ -32,13 +32,13 @@ inline TagMap ring() {
 }
 
 /// What is really there, and what the robot is told.
-struct World {
+struct RingWorld {
   TagMap tags = ring();
   double wrong_id_share = 0;
   bool dark = false;
 };
 
-inline TagFrame observe(const World& world, const SE2& map_X_base, double seconds, Random& random) {
+inline TagFrame observe(const RingWorld& world, const SE2& map_X_base, double seconds, Random& random) {
   TagFrame frame{.stamp = at(seconds)};
   if (world.dark) return frame;
   const SE3 cam_T_map = (lift(map_X_base) * mounted_sensor().base_T_sensor).inverse();
@@ -55,7 +55,7 @@ inline TagFrame observe(const World& world, const SE2& map_X_base, double second
 }
 
 /// A robot that drives in circles in the ring; its odometry is a little wrong.
-struct Robot {
+struct RingRobot {
   SE2 truth{0, -1, 0};
   SE2 odom{};
   double seconds = 10;
@@ -72,7 +72,8 @@ struct Robot {
   }
 };
 
-inline void run(RiekfLocalizer& filter, Robot& robot, const World& world, double seconds, Random& random) {
+inline void run(RiekfLocalizer& filter, RingRobot& robot, const RingWorld& world, double seconds,
+                Random& random) {
   for (int i = 0; i < static_cast<int>(std::lround(seconds * 50)); ++i) {
     filter.add(robot.drive(0.02, random));
     if (robot.steps % 4 == 0) filter.add(observe(world, robot.truth, robot.seconds, random));
@@ -80,7 +81,7 @@ inline void run(RiekfLocalizer& filter, Robot& robot, const World& world, double
   }
 }
 
-inline double off_m(const RiekfLocalizer& filter, const Robot& robot) {
+inline double off_m(const RiekfLocalizer& filter, const RingRobot& robot) {
   const auto estimate = filter.estimate();
   if (!estimate) return std::numeric_limits<double>::infinity();
   return (estimate->map_T_base.translation() - robot.truth.translation()).norm();

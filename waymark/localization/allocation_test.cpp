@@ -31,13 +31,13 @@ namespace {
 
 SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-struct Place {
+struct KnownPlace {
   PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
   MountedSensor sensor{CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
   TagMap map{};
   TagFrame frame{};
 
-  Place() {
+  KnownPlace() {
     for (int i = 0; i < 9; ++i) {  // more than one update takes
       const MappedTag tag{.map_T_tag = SE3(body_R_optical(), {2.5, -0.8 + 0.2 * i, 0.3}), .size_m = 0.12};
       map.tags[{.number = i}] = tag;
@@ -49,7 +49,7 @@ struct Place {
 };
 
 /// Runs past the start of `method`, and counts what it asks for while it runs on.
-void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, Place place) {
+void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, KnownPlace place) {
   ASSERT_EQ(place.frame.detections.size(), 9U);
   TagFrame& frame = place.frame;
   const auto run = [&](int from, int to) {
@@ -73,13 +73,13 @@ void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, Place
 }
 
 TEST(AllocationOfTheFilter, NoneWhileItRuns) {
-  const Place place;
+  const KnownPlace place;
   RiekfLocalizer filter(Landmarks(place.map), place.sensor);
   expect_none(filter, filter, place);
 }
 
 TEST(AllocationOfTheFilter, NorOfTheSmootherWithALag) {
-  const Place place;
+  const KnownPlace place;
   RiekfOptions options;
   options.lag_s = 0.4;
   FixedLagSmoother smoother(Landmarks(place.map), place.sensor, options);

@@ -16,9 +16,9 @@ using testing::mounted_sensor;
 using testing::observe;
 using testing::off_m;
 using testing::ring;
-using testing::Robot;
+using testing::RingRobot;
+using testing::RingWorld;
 using testing::run;
-using testing::World;
 
 /// Of what a filter claims: every "certain" must be true from the moment it is said, until it is withdrawn.
 /// Whoever is carried away in the dark cannot know it: that claim may stand until a second of tags has spoken
@@ -30,7 +30,7 @@ struct Claims {
   int made = 0;
   int false_moments = 0;
 
-  void receive(const RiekfLocalizer& filter, const Robot& robot, double two_tags_s) {
+  void receive(const RiekfLocalizer& filter, const RingRobot& robot, double two_tags_s) {
     const bool now = testing::certain(filter);
     const int begun = filter.tracker().state().starts;
     if (now && (!certain || begun != starts)) {
@@ -48,8 +48,8 @@ struct Claims {
 /// One robot among tags of which a fifth is misread.
 struct Trial {
   RiekfLocalizer filter{Landmarks(ring()), mounted_sensor()};
-  Robot robot{};
-  World world{.wrong_id_share = 0.2};
+  RingRobot robot{};
+  RingWorld world{.wrong_id_share = 0.2};
   Random random;
   Claims claims{};
   double two_tags_s = 0;  ///< since it was dark last

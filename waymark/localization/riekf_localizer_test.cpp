@@ -20,9 +20,9 @@ using testing::mounted_sensor;
 using testing::observe;
 using testing::off_m;
 using testing::ring;
-using testing::Robot;
+using testing::RingRobot;
+using testing::RingWorld;
 using testing::run;
-using testing::World;
 
 bool says(const RiekfLocalizer& filter, const std::string& word) {
   const auto all = filter.problems();
@@ -31,7 +31,7 @@ bool says(const RiekfLocalizer& filter, const std::string& word) {
 
 TEST(RiekfLocalizer, FindsItselfAndKeepsTrack) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
-  Robot robot;
+  RingRobot robot;
   Random random(1);
   run(filter, robot, {}, 1, random);
   EXPECT_TRUE(certain(filter));
@@ -65,7 +65,7 @@ TEST(RiekfLocalizer, ACameraThatLooksBackIsEnoughAndCountsByItsOwnMounting) {
   eyes.more_cameras = {rear};
   const auto drive = [&](const MountedSensor& sensor) {
     RiekfLocalizer filter(Landmarks(ring()), sensor);
-    Robot robot;
+    RingRobot robot;
     Random random(7);
     for (int i = 0; i < 600; ++i) {
       filter.add(robot.drive(0.02, random));
@@ -108,7 +108,7 @@ TEST(RiekfLocalizer, ARollingShutterThatIsKnownCostsNothing) {
     RiekfOptions options;
     options.camera_readout_s = told_s;
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor(), options);
-    Robot robot;
+    RingRobot robot;
     Random random(12);
     double sum = 0;
     double rows = 0;
@@ -140,11 +140,11 @@ TEST(RiekfLocalizer, ARollingShutterThatIsKnownCostsNothing) {
 }
 
 TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
-  World world;
+  RingWorld world;
   const MappedTag only = world.tags.tags.at({.number = 0});
   world.tags.tags = {{{.number = 0}, only}};
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
-  Robot robot{.truth = SE2(0, 0, 0)};
+  RingRobot robot{.truth = SE2(0, 0, 0)};
   Random random(2);
   for (int i = 0; i < 50; ++i) {
     filter.add(Odometry{.stamp = at(10 + 0.02 * i)});
@@ -158,7 +158,7 @@ TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
 TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
   const auto estimate_with = [](int late_steps) {
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
-    Robot robot;
+    RingRobot robot;
     Random random(3);
     std::vector<std::pair<int, TagFrame>> waiting;
     for (int i = 0; i < 400; ++i) {
@@ -186,9 +186,9 @@ TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
 
 TEST(RiekfLocalizer, DoubtGrowsInTheDarkAndGoesWithTheFirstTags) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
-  Robot robot;
+  RingRobot robot;
   Random random(4);
-  World world;
+  RingWorld world;
   run(filter, robot, world, 5, random);
   const double before = filter.estimate()->position_sigma_m();
   world.dark = true;
@@ -212,11 +212,11 @@ struct Liar {
 class TagsThatLie : public ::testing::TestWithParam<Liar> {};
 
 TEST_P(TagsThatLie, AreNamedAndNotUsed) {
-  World world;
+  RingWorld world;
   TagMap map = ring();
   GetParam().change(GetParam().map_lies ? map : world.tags);
   RiekfLocalizer filter(Landmarks(map), mounted_sensor());
-  Robot robot;
+  RingRobot robot;
   Random random(5);
   run(filter, robot, world, 30, random);
   EXPECT_TRUE(says(filter, GetParam().words)) << ::testing::PrintToString(filter.problems());
@@ -259,7 +259,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
-  Robot robot;
+  RingRobot robot;
   Random random(6);
   run(filter, robot, {}, 3, random);
   TagFrame frame = observe({}, robot.truth, robot.seconds, random);
@@ -288,7 +288,7 @@ TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
   TagMap others;
   for (const auto& [id, tag] : ring().tags) others.tags[{FamilyId::Tag25h9, id.number}] = tag;
   RiekfLocalizer other_family(Landmarks(others), mounted_sensor());
-  Robot robot;
+  RingRobot robot;
   run(other_family, robot, {}, 2, random);
   EXPECT_FALSE(other_family.estimate());
   EXPECT_TRUE(says(other_family, "another family"));
@@ -303,7 +303,7 @@ TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
 /// Encoders that stand still for three seconds while the robot drives: the tags say that it moves.
 TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
-  Robot robot;
+  RingRobot robot;
   Random random(8);
   run(filter, robot, {}, 3, random);
   ASSERT_TRUE(certain(filter));
@@ -334,7 +334,7 @@ TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
   for (const bool estimates : {false, true}) {
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
     if (estimates) filter.estimate_latency();
-    Robot robot;
+    RingRobot robot;
     Random random(9);
     std::vector<std::pair<int, TagFrame>> waiting;
     for (int i = 0; i < 6000; ++i) {

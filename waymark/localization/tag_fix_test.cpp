@@ -11,7 +11,7 @@ namespace waymark {
 namespace {
 
 /// Four tags on a wall ahead, seen from a pose on the floor.
-struct Wall {
+struct TagWall {
   PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
   MountedSensor sensor{CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
   TagMap map{};
@@ -21,7 +21,7 @@ struct Wall {
   SE2 truth{0.3, -0.1, 0.15};
   Eigen::Vector3d tilt_rad{0, 0, 0};  ///< roll and pitch
 
-  Wall() {
+  TagWall() {
     for (int i = 0; i < 4; ++i)
       map.tags[{.number = i}] = {.map_T_tag = SE3(body_R_optical(), {2.2 + 0.3 * i, -0.7 + 0.5 * i, 0.3}),
                                  .size_m = 0.16};
@@ -57,7 +57,7 @@ struct Wall {
 };
 
 TEST(TagFix, IsThePoseWhateverItIsSearchedFrom) {
-  const Wall wall;
+  const TagWall wall;
   Random random(1);
   const auto seen = wall.seen(4, random, 0);
   ASSERT_EQ(seen.size(), 4U);
@@ -71,7 +71,7 @@ TEST(TagFix, IsThePoseWhateverItIsSearchedFrom) {
 }
 
 TEST(TagFix, OneTagThatWasMovedDoesNotMoveIt) {
-  const Wall wall;
+  const TagWall wall;
   Random random(2);
   const auto fix = wall.fix(wall.seen(4, random, 0.2, 0.2), wall.truth);
   ASSERT_TRUE(fix);
@@ -79,7 +79,7 @@ TEST(TagFix, OneTagThatWasMovedDoesNotMoveIt) {
 }
 
 TEST(TagFix, ItsCovarianceCoversCornersTiltAndPlacesOfTags) {
-  Wall wall;
+  TagWall wall;
   wall.options.corner_sigma_px = 0.3;
   wall.options.tag_sigma_m = 1e-6;
   wall.options.tag_sigma_rad = 1e-6;
@@ -104,7 +104,7 @@ TEST(TagFix, ItsCovarianceCoversCornersTiltAndPlacesOfTags) {
 // the same.
 TEST(TagFix, ATiltOfTheRobotIsAllowedFor) {
   for (const Eigen::Vector3d& tilt_rad : {Eigen::Vector3d(0, 0.02, 0), Eigen::Vector3d(-0.02, -0.02, 0)}) {
-    Wall wall;
+    TagWall wall;
     wall.tilt_rad = tilt_rad;
     Random random(3);
     const auto fix = wall.fix(wall.seen(2, random, 0.3), wall.truth);
@@ -116,13 +116,13 @@ TEST(TagFix, ATiltOfTheRobotIsAllowedFor) {
 }
 
 TEST(TagFix, NothingWithoutTags) {
-  const Wall wall;
+  const TagWall wall;
   EXPECT_FALSE(wall.fix({}, wall.truth));
 }
 
 // A tag that was moved and hangs still shows how the robot moves, when no other is in view.
 TEST(TagFix, ATagThatIsSuspectedCountsWhereItIsAlone) {
-  Wall wall;
+  TagWall wall;
   for (int i = 0; i < 20; ++i) {
     wall.watch.add({.landmark = 0, .map_p_implied = {2, -0.5}});
     wall.watch.confirm();

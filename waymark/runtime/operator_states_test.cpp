@@ -23,8 +23,8 @@ using test::kStates;
 using test::name_of;
 using test::way_to;
 
-class InEachState : public testing::TestWithParam<S> {};
-INSTANTIATE_TEST_SUITE_P(OperatorSession, InEachState, testing::ValuesIn(kStates), name_of);
+class InEachState : public ::testing::TestWithParam<S> {};
+INSTANTIATE_TEST_SUITE_P(OperatorSession, InEachState, ::testing::ValuesIn(kStates), name_of);
 
 TEST_P(InEachState, TheStopKeyStops) {
   Drive run(way_to(GetParam()));

@@ -28,7 +28,7 @@ struct FakeViewers {
   Control control = Control::Nobody;
 };
 
-class Orders : public testing::Test {
+class Orders : public ::testing::Test {
  protected:
   FakeViewers feed_;
   ViewerRequests orders_{feed_.link()};

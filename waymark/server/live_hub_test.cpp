@@ -16,7 +16,7 @@ using Control = LiveFeed::Control;
 constexpr const char* kGo = R"({"op":"order","order":"go"})";
 constexpr const char* kRelease = R"({"op":"release"})";
 
-class Hub : public testing::Test {
+class Hub : public ::testing::Test {
  protected:
   LiveHub::Id join(std::string_view protocol, bool may_command = true) {
     return hub_.join(protocol, may_command, now_).value();

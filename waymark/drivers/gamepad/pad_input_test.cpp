@@ -28,7 +28,7 @@ class FakePad final : public Gamepad {
   const GamepadState& state_;
 };
 
-class Pad : public testing::Test {
+class Pad : public ::testing::Test {
  protected:
   static SensorTime at(int milliseconds) { return SensorTime(std::chrono::milliseconds(milliseconds)); }
   GamepadState state_{.axes = std::vector<float>(6, 0.0F), .buttons = std::vector<std::int32_t>(15, 0)};

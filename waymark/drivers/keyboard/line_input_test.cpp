@@ -14,7 +14,7 @@ using S = OperatorState;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-class Lines : public testing::Test {
+class Lines : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_EQ(pipe(ends_.data()), 0); }
   void TearDown() override {

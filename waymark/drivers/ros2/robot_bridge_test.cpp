@@ -22,7 +22,7 @@ SensorTime at_ms(int ms) { return SensorTime(std::chrono::seconds(1000) + millis
 RobotDescription limo() { return read_robot(find_shared("robots", "limo").value()).value(); }
 
 /// A bridge with the profile of LIMO, and a reader on the other side of the wire.
-class Bridge : public testing::Test {
+class Bridge : public ::testing::Test {
  protected:
   template <class Message>
   std::vector<std::string> give(const std::string& topic, const Message& message, Duration arrived) {

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::seconds;
 
-class Stop : public testing::Test {
+class Stop : public ::testing::Test {
  protected:
   void SetUp() override {
     std::string name = (fs::temp_directory_path() / "waymark-stop-XXXXXX").string();

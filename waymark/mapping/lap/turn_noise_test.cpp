@@ -18,7 +18,7 @@ struct Drive {
   std::vector<Odometry> odometry{};
 };
 
-Drive drive(double scale, double noise_rad_sqrt_m, std::uint64_t seed) {
+Drive drive_noisily(double scale, double noise_rad_sqrt_m, std::uint64_t seed) {
   constexpr double kDt_s = 0.02;
   constexpr double kSpeed_m_s = 0.3;
   Drive made;
@@ -43,7 +43,7 @@ Drive drive(double scale, double noise_rad_sqrt_m, std::uint64_t seed) {
 TEST(TurnNoise, IsWhatWheelsAndTrajectoryDifferInAfterTheScale) {
   for (const double noise : {0.01, 0.13}) {
     for (const double scale : {0.2, 1.2}) {
-      const Drive made = drive(scale, noise, 7);
+      const Drive made = drive_noisily(scale, noise, 7);
       const auto found = turn_noise(made.trajectory, made.covariance, made.odometry, scale);
       ASSERT_TRUE(found);
       EXPECT_GT(found->stretches, 100);
@@ -59,7 +59,7 @@ TEST(TurnNoise, TheScaleOfTheTurnsIsFoundAsWellAsItsNoiseSays) {
     double squares = 0;
     constexpr int kDrives = 12;
     for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
-      const Drive made = drive(scale, 0.02, seed);
+      const Drive made = drive_noisily(scale, 0.02, seed);
       const auto found = turn_scale(made.trajectory, made.covariance, made.odometry);
       ASSERT_TRUE(found);
       const auto noise = turn_noise(made.trajectory, made.covariance, made.odometry, *found);
@@ -102,12 +102,12 @@ TEST(TurnNoise, OneSidedBendsAtOneRateDoNotTellTheScale) {
   EXPECT_GT(sigma(0.02), 0.05) << "a wrong scale and an error of the rate are the same thing";
   EXPECT_LT(sigma(0.6), 0.01);
   EXPECT_LT(sigma(0.6), sigma(0.2));
-  const Drive both_sides = drive(1, 0.02, 3);
+  const Drive both_sides = drive_noisily(1, 0.02, 3);
   EXPECT_FALSE(turn_scale_sigma(both_sides.trajectory, both_sides.covariance, both_sides.odometry));
 }
 
 TEST(TurnNoise, SaysNothingWhereTheHeadingsAreNotKnown) {
-  Drive made = drive(1, 0.01, 7);
+  Drive made = drive_noisily(1, 0.01, 7);
   for (Matrix6& P : made.covariance) P(5, 5) = 0.1;
   EXPECT_FALSE(turn_noise(made.trajectory, made.covariance, made.odometry, 1));
   EXPECT_FALSE(turn_noise({}, {}, {}, 1));

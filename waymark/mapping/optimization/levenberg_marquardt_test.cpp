@@ -78,7 +78,7 @@ struct Valley : Plane {
 };
 
 /// Has no value beyond x = 0, and its first full step leads there.
-struct Wall : Plane {
+struct FlatWall : Plane {
   using Plane::Plane;
   [[nodiscard]] Eigen::VectorXd residual(const Eigen::Vector2d& x) const override {
     return Eigen::Vector2d(std::log(x.x()) + 3, x.y());
@@ -187,7 +187,7 @@ TEST_P(Search, NoStepRaisesTheCost) {
 }
 
 TEST_P(Search, ComesBackFromWhereTheCostHasNoValue) {
-  Wall wall({20, 5});
+  FlatWall wall({20, 5});
   const auto end = levenberg_marquardt(wall, wall.linearize(), {.watches = GetParam()}, kGoesOn);
   EXPECT_TRUE(end.converged);
   EXPECT_NEAR(wall.values().x(), std::exp(-3), 1e-6);

@@ -1,0 +1,83 @@
+# A dozen test programs for all rooms: a program a room would link the same libraries fifty times.
+#
+# ctest has one entry for each file with tests, named and labelled after its room: `ctest -L '^mapping/lap$'`, `ctest -R geometry.se3`.
+# tools/list_tests.py asks a program, once it is linked, which tests it holds. Tests that need more than `waymark_programs` (tests/CMakeLists.txt) have
+# the label built_later: ./test.sh runs the others while it builds the rest.
+set(WAYMARK_TEST_PROGRAMS core bytes tags mapping localization replay simulation files robots app)
+set(WAYMARK_TESTS_core geometry image families camera samples factors)
+set(WAYMARK_TESTS_bytes base codecs recording drivers/process)  # what the sanitizers see in the short run
+set(WAYMARK_TESTS_tags tags pose)
+set(WAYMARK_TESTS_mapping mapping/optimization mapping/lap mapping/scene mapping/calibration)
+set(WAYMARK_TESTS_localization localization)
+set(WAYMARK_TESTS_replay replay pipeline runtime)
+set(WAYMARK_TESTS_simulation simulation drivers/simulated evaluation)
+set(WAYMARK_TESTS_files config plot media media/opencv sdf sdf/sdformat)
+set(WAYMARK_TESTS_robots drivers/watchdog drivers/keyboard drivers/gamepad drivers/gstreamer drivers/v4l2 drivers/modules drivers/dds drivers/fastdds
+  drivers/limo drivers/mbot drivers/bridge drivers/ros2 drivers/gazebo drivers/ignition)
+set(WAYMARK_TESTS_app jobs server live cli)
+
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+
+function(waymark_new_test_program target)
+  add_executable(${target})
+  target_link_libraries(${target} PRIVATE waymark_test_support waymark_warnings GTest::gmock_main)
+  target_compile_definitions(${target} PRIVATE WAYMARK_SHARE="${PROJECT_SOURCE_DIR}/share")
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+endfunction()
+
+foreach(program IN LISTS WAYMARK_TEST_PROGRAMS)
+  waymark_new_test_program(waymark_${program}_tests)
+endforeach()
+
+# waymark_tests(PROGRAM SOURCES file... LIBS lib...): GoogleTest files, with our seeds and data lookup, for one of the programs above.
+function(waymark_tests program)
+  cmake_parse_arguments(TEST "" "" "SOURCES;LIBS" ${ARGN})
+  list(TRANSFORM TEST_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/ REGEX "^[^/]")
+  target_sources(waymark_${program}_tests PRIVATE ${TEST_SOURCES})
+  target_link_libraries(waymark_${program}_tests PRIVATE ${TEST_LIBS})
+endfunction()
+
+# The target of the program that holds a room's tests.
+function(waymark_test_program_of room variable)
+  foreach(program IN LISTS WAYMARK_TEST_PROGRAMS)
+    if(room IN_LIST WAYMARK_TESTS_${program})
+      set(${variable} waymark_${program}_tests PARENT_SCOPE)
+      return()
+    endif()
+  endforeach()
+  message(FATAL_ERROR "No test program holds the tests of room '${room}': add it to cmake/TestPrograms.cmake.")
+endfunction()
+
+# One ctest entry for each file of a program. Most tests compute: two of them at a time with `ctest -j8`; those of robots and pages wait.
+function(waymark_list_tests target)
+  set(processors 4)
+  if(target MATCHES "waymark_(robots|app)_tests")
+    set(processors 1)
+  endif()
+  set(listed ${PROJECT_BINARY_DIR}/tests/${target}.cmake)
+  add_custom_command(TARGET ${target} POST_BUILD COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/tools/list_tests.py
+    --root ${PROJECT_SOURCE_DIR} --build ${PROJECT_BINARY_DIR} --output ${listed} --processors ${processors} -- ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}> VERBATIM)
+  set(include ${PROJECT_BINARY_DIR}/tests/${target}_if_built.cmake)
+  file(CONFIGURE OUTPUT ${include} CONTENT "if(EXISTS \"${listed}\")\n  include(\"${listed}\")\nelse()\n  add_test(${target}_is_not_built ${target})\n  set_tests_properties(${target}_is_not_built PROPERTIES LABELS built_later)\nendif()\n")
+  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY TEST_INCLUDE_FILES ${include})
+endfunction()
+
+# A program of its own, for tests that change what others rely on (the heap). Without precompiled headers.
+function(waymark_test_alone target)
+  cmake_parse_arguments(TEST "" "" "SOURCES;LIBS" ${ARGN})
+  waymark_new_test_program(${target})
+  target_sources(${target} PRIVATE ${TEST_SOURCES})
+  target_link_libraries(${target} PRIVATE ${TEST_LIBS})
+  waymark_list_tests(${target})
+endfunction()
+
+# Once every room has added its tests.
+function(waymark_finish_test_programs)
+  foreach(program IN LISTS WAYMARK_TEST_PROGRAMS)
+    set(target waymark_${program}_tests)
+    get_target_property(sources ${target} SOURCES)
+    waymark_compile_together(${target} ${sources})
+    waymark_precompile(${target} waymark_precompiled_tests)
+    waymark_list_tests(${target})
+  endforeach()
+endfunction()
