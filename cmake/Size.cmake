@@ -7,7 +7,7 @@ set(WAYMARK_QUICK_ROOMS geometry camera samples tags pose factors mapping/optimi
   simulation evaluation pipeline runtime codecs recording drivers/simulated)
 
 set(WAYMARK_FOR_SIZE OFF)
-if(PROJECT_IS_TOP_LEVEL AND CMAKE_BUILD_TYPE MATCHES "^(Release|RelWithDebInfo)$" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT WAYMARK_SANITIZE AND NOT APPLE)
+if(PROJECT_IS_TOP_LEVEL AND CMAKE_BUILD_TYPE MATCHES "^(Release|RelWithDebInfo)$" AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang" AND NOT WAYMARK_SANITIZE AND NOT APPLE)
   set(WAYMARK_FOR_SIZE ON)
   add_compile_options(-ffunction-sections -fdata-sections)
 endif()

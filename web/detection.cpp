@@ -11,6 +11,8 @@
 
 #include <emscripten.h>
 
+#include <fmt/format.h>
+
 #include "answer.hpp"
 #include "waymark/tags/refinement.hpp"
 #include "waymark/tags/waymark_detector.hpp"

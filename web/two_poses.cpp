@@ -8,6 +8,8 @@
 
 #include <emscripten.h>
 
+#include <fmt/format.h>
+
 #include "answer.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"

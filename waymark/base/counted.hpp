@@ -3,14 +3,12 @@
 #include <concepts>
 #include <string>
 
-#include <fmt/format.h>
-
 namespace waymark {
 
 /// "1 picture", "0 pictures", "12 pictures": how many of a thing, whose plural has an s.
 template <std::integral Number>
 [[nodiscard]] std::string counted(Number number, const char* thing) {
-  return fmt::format("{} {}{}", number, thing, number == 1 ? "" : "s");
+  return std::to_string(number) + " " + thing + (number == 1 ? "" : "s");
 }
 
 }  // namespace waymark

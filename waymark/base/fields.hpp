@@ -6,8 +6,6 @@
 #include <type_traits>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "waymark/base/error.hpp"
 
 namespace waymark {
@@ -40,6 +38,9 @@ template <HasFields Options>
   return names;
 }
 
+/// The error of a number outside the range of its field.
+[[nodiscard]] tl::unexpected<Error> outside_range(double number, const Field& field);
+
 /// Checks every number against its range; the first one outside (or NaN) is the error.
 template <HasFields Options>
 [[nodiscard]] Status check_ranges(const Options& options) {
@@ -49,9 +50,7 @@ template <HasFields Options>
       const double number = static_cast<double>(value);
       const bool inside = number >= field.min && number <= field.max;
       if (status && !inside) {
-        status = fail(ErrorCode::InvalidArgument,
-                      fmt::format("{} is outside [{}, {}]", number, field.min, field.max),
-                      {.key = std::string(field.name)}, std::string(field.sentence));
+        status = outside_range(number, field);
       }
     }
   });

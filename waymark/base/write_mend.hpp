@@ -3,15 +3,13 @@
 #include <cerrno>
 #include <string>
 
-#include <fmt/format.h>
-
 namespace waymark {
 
 /// How to mend what errno says of a file that was to be written into `folder`; empty where that is not known.
 [[nodiscard]] inline std::string write_mend(int error, const std::string& folder) {
   switch (error) {
     case ENOENT:
-      return fmt::format("Make the folder '{}' first.", folder);
+      return "Make the folder '" + folder + "' first.";
     case ENOTDIR:
       return "A part of this path is a file, where a folder is needed. Name another one.";
     case EACCES:

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "waymark/cli/camera_detect.hpp"
 
 #include "waymark/cli/parts.hpp"

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "waymark/cli/parts.hpp"
 #include "waymark/live/record_camera.hpp"
 

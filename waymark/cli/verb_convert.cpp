@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "waymark/cli/convert_video_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/jobs/convert_log.hpp"

@@ -1,5 +1,7 @@
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "waymark/base/counted.hpp"
 #include "waymark/cli/camera_detect.hpp"
 #include "waymark/cli/detector_flags.hpp"

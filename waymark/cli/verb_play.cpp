@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "waymark/cli/parts.hpp"
 #include "waymark/jobs/play_log.hpp"
 #include "waymark/live/play_to_ros2.hpp"

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "waymark/cli/parts.hpp"
 #include "waymark/jobs/report_page.hpp"
 

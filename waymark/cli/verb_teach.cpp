@@ -1,5 +1,7 @@
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"

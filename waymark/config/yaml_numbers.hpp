@@ -1,10 +1,7 @@
 #pragma once
 
-#include <cmath>
 #include <span>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "waymark/config/yaml_cursor.hpp"
 
@@ -14,58 +11,23 @@ namespace waymark::internal {
 inline constexpr double kOutOfProportion = 1e6;
 
 /// Fails when one of the numbers at a place is out of all proportion.
-[[nodiscard]] inline Status check_proportion(const YamlCursor& cursor, std::span<const double> values) {
-  for (const double value : values) {
-    if (std::abs(value) > kOutOfProportion)
-      return cursor.fail_here(ErrorCode::InvalidArgument, fmt::format("{} is out of all proportion", value),
-                              fmt::format("Numbers here are SI units within {}.", kOutOfProportion));
-  }
-  return {};
-}
+[[nodiscard]] Status check_proportion(const YamlCursor& cursor, std::span<const double> values);
 
 /// Numbers of a map, one after the other; the first error is kept.
 class Numbers {
  public:
   explicit Numbers(const YamlCursor& cursor) : cursor_(cursor) {}
 
-  double operator()(std::string_view key) {
-    const Result<double> value = cursor_.read_at(key, &YamlCursor::number);
-    if (!value && status_) status_ = tl::unexpected(value.error());
-    if (value && status_) status_ = check_proportion(*cursor_.at(key), {&*value, 1});
-    return status_ ? *value : 0;
-  }
+  double operator()(std::string_view key);
   /// The same, where the key may be missing.
-  double optional(std::string_view key, double fallback) {
-    return cursor_.find(key) ? (*this)(key) : fallback;
-  }
+  double optional(std::string_view key, double fallback);
   /// A number greater than 0.
-  double positive(std::string_view key) {
-    const double value = (*this)(key);
-    if (status_ && !(value > 0))
-      status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument, "must be greater than 0");
-    return value;
-  }
+  double positive(std::string_view key);
   /// A number greater than 0, and not greater than anything it describes is: else its unit was another one.
-  double plausible(std::string_view key, double most, std::string_view unit) {
-    const double value = positive(key);
-    if (status_ && value > most)
-      status_ = cursor_.at(key)->fail_here(
-          ErrorCode::InvalidArgument,
-          fmt::format("{:g} {} is more than the {:g} that any robot has", value, unit, most),
-          fmt::format("The unit is {}.", unit));
-    return value;
-  }
-  double optional_positive(std::string_view key, double fallback) {
-    return cursor_.find(key) ? positive(key) : fallback;
-  }
+  double plausible(std::string_view key, double most, std::string_view unit);
+  double optional_positive(std::string_view key, double fallback);
   /// A number from low to high.
-  double optional_within(std::string_view key, double fallback, double low, double high) {
-    const double value = optional(key, fallback);
-    if (status_ && !(value >= low && value <= high))
-      status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument,
-                                           fmt::format("must be from {} to {}", low, high));
-    return value;
-  }
+  double optional_within(std::string_view key, double fallback, double low, double high);
   [[nodiscard]] const Status& status() const { return status_; }
 
  private:

@@ -1,5 +1,6 @@
 #include "waymark/jobs/lay_world.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,7 @@
 // Worlds written for Gazebo, taken from SDF and from recordings, and a camera that goes round one.
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -35,7 +35,7 @@ void hide(SimulatedRobotOptions& robot) {
   robot.tag_camera.max_range_m = 2.6;
 }
 
-class WorldFromRecording : public ::testing::Test {
+class WorldOfADrivenLap : public ::testing::Test {
  protected:
   void SetUp() override {
     RobotSetup hidden = usual_;
@@ -53,7 +53,7 @@ class WorldFromRecording : public ::testing::Test {
   const RobotSetup usual_ = load_setup("circuit24", "", 1).value();
 };
 
-TEST_F(WorldFromRecording, HiddenNumbersOfTheRobotAreFoundWithinAFifth) {
+TEST_F(WorldOfADrivenLap, HiddenNumbersOfTheRobotAreFoundWithinAFifth) {
   const auto report = world_from_recording(job(), {});
   ASSERT_TRUE(report) << to_string(report.error());
   const auto robot = read_robot(folder_ / "twin/robot.yaml");
@@ -75,7 +75,7 @@ TEST_F(WorldFromRecording, HiddenNumbersOfTheRobotAreFoundWithinAFifth) {
   EXPECT_NEAR(found.sensors.left_wheel_scale, hidden.sensors.left_wheel_scale, 0.02);
 }
 
-TEST_F(WorldFromRecording, ThePlaceIsThatOfTheMapAndCanBeDriven) {
+TEST_F(WorldOfADrivenLap, ThePlaceIsThatOfTheMapAndCanBeDriven) {
   ASSERT_TRUE(world_from_recording(job(), {}));
   const auto world = read_world(folder_ / "twin/world.yaml");
   ASSERT_TRUE(world) << to_string(world.error());
@@ -88,7 +88,7 @@ TEST_F(WorldFromRecording, ThePlaceIsThatOfTheMapAndCanBeDriven) {
   EXPECT_TRUE(driven->summary.closed_loop);
 }
 
-TEST_F(WorldFromRecording, AMapOfAnotherPlaceIsRefusedAndNothingIsWritten) {
+TEST_F(WorldOfADrivenLap, AMapOfAnotherPlaceIsRefusedAndNothingIsWritten) {
   const std::string lap_there = (folder_ / "other.mcap").string();
   ASSERT_TRUE(teach_lap(load_setup("mbot-square", "limo", 1).value(), {.output = lap_there}, {}));
   ASSERT_TRUE(map_recording({.lap = lap_there, .folder = folder_ / "other"}, {}));
@@ -107,7 +107,7 @@ TEST_F(WorldFromRecording, AMapOfAnotherPlaceIsRefusedAndNothingIsWritten) {
   EXPECT_FALSE(fs::exists(folder_ / "twin"));
 }
 
-TEST_F(WorldFromRecording, AFolderThatHoldsSomethingStaysAsItIs) {
+TEST_F(WorldOfADrivenLap, AFolderThatHoldsSomethingStaysAsItIs) {
   WorldFromRecordingJob into_map = job();
   into_map.folder = into_map.map;
   const auto refused = world_from_recording(into_map, {});
