@@ -15,8 +15,10 @@ Real recordings are found through WAYMARK_DATA. Examples, the Python package, la
 (--examples, --package, --source). What is missing is skipped and counted. Exit code 1: a difference that is not expected; 2: wrong usage.
 """
 import argparse
+import atexit
 import collections
 import concurrent.futures
+import contextlib
 import dataclasses
 import fnmatch
 import gzip
@@ -39,6 +41,7 @@ from same_bytes_fields import Difference, Rules, differences
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SECONDS = 300  # after which a command is killed
 SHOWN = 4  # differences of a file that are printed; --report writes all
+NO_MODULE = b"this installation has no module"
 LAB = """import pathlib, sys, waymark
 lab, solution = (pathlib.Path(name).read_text() for name in sys.argv[1:])
 before, after = lab.split('# %% [markdown]\\n# ## Check\\n')
@@ -107,9 +110,8 @@ class Build:
     def missing(self, command):
         """Why this command cannot be run, or nothing."""
         words = shlex.split(command.line)
-        files = [word for word in words if word.startswith("data/")]
-        if files and not (self.data and all((pathlib.Path(self.data).parent / word.replace("data", pathlib.Path(self.data).name, 1)).exists()
-                                            for word in files)):
+        files = [word.removeprefix("data/") for word in words if word.startswith("data/")]
+        if files and not (self.data and all(pathlib.Path(self.data, name).exists() for name in files)):
             return "WAYMARK_DATA does not hold its input"
         if words[0] == "@lab" and not list(self.package.glob("waymark/_waymark*.so")):
             return "no Python package in the build"
@@ -121,7 +123,7 @@ class Build:
 
     def places(self, here):
         """Folders whose names are not compared."""
-        return {str(here): "<here>", str(self.program): "<program>", str(self.source): "<source>"}
+        return {str(here): "<here>", str(self.program.parent): "<bin>", str(self.source): "<source>"}
 
     def words(self, line):
         """The command line with the program, the example or the interpreter it starts."""
@@ -149,6 +151,8 @@ class Build:
             timer.start()
             _, status, usage = os.wait4(process.pid, 0)
             timer.cancel()
+            with contextlib.suppress(ProcessLookupError):  # what the command has started and left behind
+                os.killpg(process.pid, signal.SIGKILL)
         process.returncode = os.waitstatus_to_exitcode(status)
         shutil.rmtree(home)
         return process.returncode, usage.ru_utime + usage.ru_stime
@@ -167,11 +171,12 @@ class Net:
     def __init__(self, folder, jobs=2):
         self.folder, self.jobs = pathlib.Path(folder).resolve(), jobs
         self.scratch = pathlib.Path(tempfile.mkdtemp(prefix="same-bytes-"))
+        atexit.register(shutil.rmtree, self.scratch, ignore_errors=True)
 
     def prepare(self, here, inputs, data, rename=lambda text: text):
         """A fresh folder with what a command starts from; returns its files."""
         shutil.copytree(self.folder / "start", here)
-        for name in table.START:
+        for name in filter(lambda name: (here / name).exists(), table.START):
             (here / name).write_text(rename((here / name).read_text()))
         for name in inputs:
             shutil.copytree(self.folder / "kept" / name / "files", here, dirs_exist_ok=True)
@@ -190,6 +195,7 @@ class Net:
         found |= {name: b"removed\n" for name in before if name not in after}
         streams = {name: (output / name).read_bytes() for name in ("stdout", "stderr")}
         shutil.rmtree(output)
+        found |= {name: b"not reproducible\n" for name in found if volatile(command.name, f"files/{name}", [])}
         return {"exit": f"{code}\n".encode(), **streams, **{f"files/{name}": data for name, data in found.items()}}, here, used_s
 
     def each(self, commands, work):
@@ -255,24 +261,27 @@ def reference(options):
             skipped[command.name] = why
             return None
         first, here, used_s = net.outcome(build, command, command.line, command.name)
+        if command.code == 0 and NO_MODULE in first["stderr"]:
+            skipped[command.name] = "a module of the program is not built"
+            return None
         again, there, _ = net.outcome(build, command, command.line, f"{command.name}.again")
         write_all(folder / "kept" / command.name, first)
-        volatile = [[name, found.field] for name, found in compared(first, again, Rules(), (build.places(here), build.places(there)))]
-        return {**dataclasses.asdict(command), "places": build.places(here), "volatile": volatile, "used_s": used_s, "ended": int(first["exit"])}
+        places = [f"{name} {found.field}" for name, found in compared(first, again, Rules(), (build.places(here), build.places(there)))]
+        return {**dataclasses.asdict(command), "places": build.places(here), "volatile": [place for place in places if not volatile(command.name, place, [])],
+                "used_s": used_s, "ended": int(first["exit"])}
 
     kept, wrong = [], 0
     for command, result in net.each(commands, work):
         if result is None:
             continue
         kept.append(result)
-        for name, field in result["volatile"][:SHOWN]:
-            print(f"not reproducible: {command.name} {name} {field}")
+        for place in result["volatile"][:SHOWN]:
+            print(f"not reproducible: {command.name} {place}")
         if result["ended"] != command.code if command.code is not None else result["ended"] not in (1, 2):
             wrong += 1
             last = (folder / "kept" / command.name / "stderr").read_text(errors="replace").strip().splitlines()[-1:]
             print(f"unexpected exit code {result['ended']}: {command.name}: {command.line}\n    {''.join(last)}")
     (folder / "reference.json").write_text(json.dumps({"commands": kept, "skipped": skipped}, indent=1))
-    shutil.rmtree(net.scratch)
     print_skipped(skipped)
     print(f"{len(kept)} commands kept in {folder}, {sum(bool(one['volatile']) for one in kept)} of them not reproducible in parts, {wrong} with an unexpected exit code")
     return 1 if wrong else 0
@@ -280,7 +289,7 @@ def reference(options):
 
 def print_skipped(skipped):
     for why, count in collections.Counter(skipped.values()).items():
-        print(f"skipped, {why}: {count} ({', '.join([name for name in skipped if skipped[name] == why][:14])})")
+        print(f"skipped, {why}: {count} ({', '.join([name for name in skipped if skipped[name] == why])})")
 
 
 def read_reference(folder):
@@ -299,7 +308,7 @@ class Renames:
             line = line.strip()
             if not line or line.startswith("#"):
                 continue
-            match = re.fullmatch(r"(word|key|flag)(?:\[(\S+)\])? (.+?) -> (.*)|command (\S+) -> (.+)|expect (\S+) (\S+) (.+)", line)
+            match = re.fullmatch(r"(word|key|flag|line)(?:\[(\S+)\])? (.+?) -> (.*)|command (\S+) -> (.+)|expect (\S+) (\S+) (.+)", line)
             if not match:
                 refuse(f"same_bytes_renames.txt:{number}: not understood: {line}")
             kind, where, old, new, name, words, *expected = match.groups()
@@ -322,12 +331,16 @@ class Renames:
         return rename, bool(changes)
 
     def line(self, command):
-        return self.lines.get(command.name, self.of(command.name, ("key", "flag"))[0](command.line))
+        return self.lines.get(command.name, self.of(command.name, ("key", "flag", "line"))[0](command.line))
 
-    def expects(self, command, file, field):
+    def expects(self, command, place):
         """Why this difference is expected, or nothing."""
-        place = f"{file} {field}".replace(" ", "_")
-        return next((why for name, where, why in self.expected if fnmatch.fnmatch(command, name) and fnmatch.fnmatch(place, where)), None)
+        return next((why for name, where, why in self.expected if fnmatch.fnmatch(command, name) and fnmatch.fnmatch(place.replace(" ", "_"), where)), None)
+
+
+def volatile(command, place, places):
+    """Whether this place differed between two runs of the reference, or is listed in the table as one that does."""
+    return place in places or any(fnmatch.fnmatch(place.replace(" ", "_"), where) for where in table.NOT_REPRODUCIBLE.get(command, []))
 
 
 class Judge:
@@ -340,12 +353,15 @@ class Judge:
     def take(self, kept, found, rules):
         """The differences of one command."""
         self.counts.update(rules.accepted)
+        if self.report and rules.rounded:
+            print(*(f"{kept['name']}: {place} (rounded)" for place in rules.rounded), sep="\n", file=self.report)
         self.largest = max(self.largest, (rules.largest[0], f"{kept['name']} {rules.largest[1]}"))
         shown = 0
         for name, difference in found:
-            why = "not reproducible" if [name, difference.field] in kept["volatile"] else self.renames.expects(kept["name"], name, difference.field)
-            self.counts["expected differences" if why else "differences"] += 1
-            line = f"{kept['name']}: {name} {difference.field}: {difference.before!r} -> {difference.after!r}" + (f" (expected: {why})" if why else "")
+            place = f"{name} {difference.field}"
+            why = "not reproducible" if volatile(kept["name"], place, kept["volatile"]) else self.renames.expects(kept["name"], place)
+            self.counts["differences" if not why else "not reproducible" if why == "not reproducible" else "expected differences"] += 1
+            line = f"{kept['name']}: {place}: {difference.before!r} -> {difference.after!r}" + (f" (expected: {why})" if why else "")
             if self.report:
                 print(line, file=self.report)
             if not why and (shown := shown + 1) <= SHOWN:
@@ -379,6 +395,8 @@ def compare(options):
             return None
         rules = Rules(options.relative, *renames.of(command.name))
         after, here, _ = net.outcome(build, command, line, command.name, renames.of(command.name, ("key",))[0])
+        if options.keep:
+            write_all(pathlib.Path(options.keep) / command.name, after)
         places = facts[command.name]["places"], build.places(here)
         return list(compared(contents(net.folder / "kept" / command.name), after, rules, places)), rules
 
@@ -387,7 +405,6 @@ def compare(options):
         if result:
             done += 1
             judge.take(facts[command.name], *result)
-    shutil.rmtree(net.scratch)
     print_skipped(skipped)
     if new := {command.name for command in commands_of_table()} - {one["name"] for one in kept["commands"]} - set(kept["skipped"]):
         print(f"not in the reference, as they are newer: {', '.join(sorted(new))}")
@@ -398,19 +415,19 @@ def ratios(options):
     net, kept = Net(options.folder, 1), {one["name"]: one for one in read_reference(options.folder)["commands"]}
     renames = Renames(pathlib.Path(options.renames).read_text())
     builds = {"old": Build(options.old, options), "new": Build(options.new, options)}
-    print(f"least processor time of {options.repeat} runs each, in turn\n| command | old, s | new, s | ratio |\n|---|---|---|---|")
+    print(f"least processor time of {options.repeat} runs each, in turn; of short ones five times as many\n| command | old, s | new, s | ratio |\n|---|---|---|---|")
     for name in table.RATIOS:
-        if name not in kept or any(build.missing(Command(name, kept[name]["line"])) for build in builds.values()):
-            print(f"| {name} | skipped: not in the reference, or its data are missing | | |")
+        why = "not in the reference" if name not in kept else next(filter(None, (build.missing(Command(name, kept[name]["line"])) for build in builds.values())), None)
+        if why:
+            print(f"| {name} | skipped, {why} | | |")
             continue
         command, least = Command(name, kept[name]["line"], kept[name]["inputs"]), {}
-        for turn in range(options.repeat):
+        for turn in range(options.repeat * (5 if kept[name]["used_s"] < 0.1 else 1)):
             for which, build in list(builds.items())[::-1 if turn % 2 else 1]:
                 line = command.line if which == "old" else renames.line(command)
                 _, _, used_s = net.outcome(build, command, line, f"{which}.{turn}.{name}")
                 least[which] = min(used_s, least.get(which, used_s))
         print(f"| {name} | {least['old']:.3f} | {least['new']:.3f} | {least['new'] / max(least['old'], 1e-9):.3f} |", flush=True)
-    shutil.rmtree(net.scratch)
     return 0
 
 
@@ -429,6 +446,7 @@ def options_of(words):
     tasks.choices["compare"].add_argument("--relative", type=float, default=0.0)
     tasks.choices["compare"].add_argument("--only", default="*", help="patterns of names, separated by commas")
     tasks.choices["compare"].add_argument("--report", help="file for all differences")
+    tasks.choices["compare"].add_argument("--keep", help="folder for what the new program printed and wrote")
     tasks.choices["ratios"].add_argument("--repeat", type=int, default=5)
     return parser.parse_args(words)
 

@@ -17,10 +17,9 @@ import tempfile
 import zlib
 
 NUMBER = re.compile(r"((?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.]*\d)|(?<!\w)[-+]?(?:nan|inf|NaN|Infinity)(?!\w))")
-# Values that measure the run and not the result: "wall_s": 0.31 in JSON and YAML.
-MEASURED = r"wall_s|cpu_s|peak_rss_mib|compute_ms|solve_ms|per_frame_ms"
+# What measures the run and not the result.
 MASKS = [
-    (re.compile(rf'("?\b(?:\w+_)?(?:{MEASURED})\b"?: *)[-+.\deE]+'), r"\g<1>0"),
+    (re.compile(r'("(?:wall_s|peak_rss_mib)": *)[-+.\deE]+'), r"\g<1>0"),
     (re.compile(r"/CreationDate ?\([^)]*\)"), "/CreationDate ()"),
 ]
 
@@ -30,13 +29,19 @@ class Rules:
     """How far numbers may differ, and which words were renamed. absolute: a rounding error around zero."""
     relative: float = 0.0
     rename: object = staticmethod(lambda text: text)
-    renamed: bool = False  # there are renames, so that paragraphs may be wrapped elsewhere
+    renames: bool = False
+    renamed: bool = False  # in the file that is being compared, so that paragraphs may be wrapped elsewhere
     accepted: collections.Counter = dataclasses.field(default_factory=collections.Counter)
+    rounded: list = dataclasses.field(default_factory=list)
     largest: tuple = (0.0, "")
 
     @property
     def absolute(self):
         return 1e-6 * self.relative
+
+    def touches(self, data):
+        """Whether a rename changes something in these bytes."""
+        return self.renames and self.rename(text := data.decode("latin-1")) != text
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,23 +68,25 @@ def masked(text, places=()):
 
 
 def same_number(before, after, rules, field, printed=False):
-    """Whether two numbers are equal, or near enough; counts and integers have to be equal. printed: both are text as a person reads it."""
+    """Whether two numbers are equal, or near enough; counts and integers have to be equal. printed: may be rounded to few decimals."""
+    if all(re.fullmatch(r"[-+]?\d+", str(value)) for value in (before, after)):
+        return int(before) == int(after)
     a, b = float(before), float(after)
     if a == b or (math.isnan(a) and math.isnan(b)):
         return True
-    whole = all(re.fullmatch(r"[-+]?\d+", str(value)) for value in (before, after))
-    if rules.relative == 0 or whole or not (math.isfinite(a) and math.isfinite(b)):
+    if rules.relative == 0 or not (math.isfinite(a) and math.isfinite(b)):
         return False
     apart = abs(a - b)
-    if apart <= rules.relative * max(abs(a), abs(b)) + rules.absolute:
+    if apart <= max(rules.relative * max(abs(a), abs(b)), rules.absolute):
         share = apart / max(abs(a), abs(b))
         if apart > rules.absolute and share > rules.largest[0]:
             rules.largest = (share, field)
         rules.accepted["numbers within the tolerance"] += 1
         return True
     digits = [len(str(value).partition(".")[2]) for value in (before, after)]
-    if printed and digits[0] == digits[1] <= 6 and "e" not in f"{before}{after}".lower() and apart < 1.01 * 10.0 ** -digits[0]:
+    if printed and 0 < digits[0] == digits[1] <= 6 and "e" not in f"{before}{after}".lower() and apart < 1.01 * 10.0 ** -digits[0]:
         rules.accepted["numbers rounded to the neighbouring last digit"] += 1
+        rules.rounded.append(f"{field}: {before} -> {after}")
         return True
     return False
 
@@ -96,6 +103,10 @@ def compare_text(field, before, after, rules):
     """Line by line. Only where numbers may differ, or words were renamed, the spaces between words may differ as well."""
     old, new = before.split("\n"), after.split("\n")
     same_length = len(old) == len(new)
+    if not same_length and len(old) + len(new) > 4000:  # too many to find the lines that correspond
+        at = next((i for i, (a, b) in enumerate(zip(old, new)) if a != b), min(len(old), len(new)) - 1)
+        yield Difference(f"{field} lines from {at + 1} on".strip(), f"{len(old)} lines, {old[at]}", f"{len(new)} lines, {new[at]}")
+        return
     blocks = [("replace", i, i + 1, i, i + 1) for i in range(len(old)) if old[i] != new[i]] if same_length else \
         [block for block in difflib.SequenceMatcher(None, old, new, autojunk=False).get_opcodes() if block[0] != "equal"]
     for _, i, j, k, m in joined(blocks) if rules.renamed else blocks:
@@ -122,7 +133,7 @@ def compare(field, before, after, rules):
     """The differences of two trees, with the path of each."""
     kinds = (type(before), type(after))
     if Packed in kinds and kinds[0] is kinds[1]:
-        if before.data != after.data or rules.renamed:
+        if before.data != after.data or rules.touches(before.data):
             yield from compare(field, before.read(before.data), after.read(after.data), rules)
     elif kinds == (dict, dict):
         old = {rules.rename(str(key)): value for key, value in before.items()}
@@ -142,7 +153,7 @@ def compare(field, before, after, rules):
             yield from compare_text(field, before, after, rules) if "\n" in before + after or rules.relative > 0 or not field else \
                 [Difference(field, before, after)]
     elif bool not in kinds and all(issubclass(kind, (int, float)) for kind in kinds):
-        if not same_number(before, after, rules, field):
+        if not same_number(before, after, rules, field, printed=True):
             yield Difference(field, repr(before), repr(after))
     elif before != after or kinds[0] is not kinds[1]:
         yield Difference(field, shown(before), shown(after))
@@ -158,14 +169,16 @@ def differences(name, before, after, rules, places=((), ())):
     binary = next((read for suffix, read in BINARY.items() if name.endswith(suffix)), None)
     if binary is None and is_text(before) and is_text(after):
         one, other = (masked(data.decode("utf-8", "replace"), folders) for data, folders in zip((before, after), places))
+        rules.renamed = rules.rename(one) != one
         one = rules.rename(one)
         if one == other:
             return []
         read = read_text_of(name, one, other)
         found, layout = list(compare("", read(one), read(other), rules)), read is not as_is
     else:
-        if before == after and not rules.renamed:
+        if before == after and not rules.renames:
             return []
+        rules.renamed = rules.renames
         read = binary or (lambda data: {"content": as_hash(data)})
         found, layout = list(compare("", read(before), read(after), rules)), True
     if not found and layout and not rules.renamed and sum(rules.accepted.values()) == accepted:

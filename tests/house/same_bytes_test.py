@@ -89,10 +89,11 @@ class Fields(unittest.TestCase):
         self.assertEqual(fields("a.csv", "1.2e-17", "-3e-18", rules(1e-9)), [])
 
     def test_counts_signs_and_words_have_to_be_equal(self):
-        for before, after in (("24 tags", "25 tags"), ("x -0.5", "x 0.5"), ("nan", "0.5"), ("one way", "one route"), ("tag36h11:7", "tag36h11:8"), ("a", "a\nb")):
+        for before, after in (("24 tags", "25 tags"), ("x -0.5", "x 0.5"), ("nan", "0.5"), ("one way", "one route"), ("tag36h11:7", "tag36h11:8"), ("a", "a\nb"),
+                              ("1700000000000000000", "1700000000000000001")):
             self.assertEqual(fields("stdout", before, after, rules(1e-9)), ["line 1"] if after != "a\nb" else ["line 2"], (before, after))
         for before, after, places in (('{"n": 24}', '{"n": 25}', ["n"]), ('{"n": true}', '{"n": 1}', ["n"]), ('{"n": 1}', '{"m": 1}', ["n", "m"]),
-                                      ('{"n": [1]}', '{"n": [1, 2]}', ["n.length"]), ('{"n": null}', '{"n": 0}', ["n"])):
+                                      ('{"n": [1]}', '{"n": [1, 2]}', ["n.length"]), ('{"n": null}', '{"n": 0}', ["n"]), ('{"n": 1700000000000000000}', '{"n": 1700000000000000001}', ["n"])):
             self.assertEqual(fields("stdout", before, after, rules(1e-9)), places, (before, after))
 
     def test_only_the_last_printed_digit_may_turn_and_is_counted(self):
@@ -101,10 +102,12 @@ class Fields(unittest.TestCase):
         self.assertEqual(sum(how.accepted.values()), 1)
         self.assertEqual(fields("stdout", "rmse 0.0045 m", "rmse 0.0047 m", how), ["line 1"])
         self.assertEqual(fields("stdout", "rmse 0.0045 m", "rmse 0.0046 m"), ["line 1"])
-        self.assertEqual(fields("stdout", '{"rmse": 0.0045}', '{"rmse": 0.0046}', how), ["rmse"])
+        self.assertEqual(fields("stdout", '{"rmse": 0.0045}', '{"rmse": 0.0047}', how), ["rmse"])
+        self.assertEqual(fields("stdout", '{"rmse": 0.0045678}', '{"rmse": 0.0045679}', how), ["rmse"])
 
     def test_a_line_that_was_added_is_one_difference(self):
         self.assertEqual(fields("stdout", "a\nb\nc\n", "a\nnew\nb\nc\n"), ["line 2"])
+        self.assertEqual(fields("a.csv", "1\n" * 5000, "1\n" * 4000 + "2\n"), ["lines from 4001 on"])
 
     def test_what_measures_the_run_is_masked_and_nothing_else(self):
         self.assertEqual(fields("s.json", '{"wall_s": 0.31, "x": 1}', '{"wall_s": 0.4, "x": 1}'), [])
@@ -132,9 +135,10 @@ class Renames(unittest.TestCase):
         self.assertTrue(renamed)
         self.assertEqual(rename("wall\n  time reach_m --laps --laps-x the_reach_m"), "run time look_m --rounds --laps-x the_reach_m")
         self.assertEqual(table.line(same_bytes.Command("a.1", "replay --laps 2 --set follower.reach_m=1")), "replay --rounds 2 --set follower.look_m=1")
+        self.assertEqual(same_bytes.Renames("line map convert -> map export").line(same_bytes.Command("a.1", "map convert x")), "map export x")
         self.assertEqual(table.line(same_bytes.Command("a.2", "replay --laps 2")), "info x")
-        self.assertEqual(table.expects("map.1", "files/map/map.yaml", "line 2"), "the axes are named")
-        self.assertIsNone(table.expects("map.1", "stdout", "line 2"))
+        self.assertEqual(table.expects("map.1", "files/map/map.yaml line 2"), "the axes are named")
+        self.assertIsNone(table.expects("map.1", "stdout line 2"))
 
     def test_a_rename_that_was_not_made_is_found(self):
         for name, before, after in (("stdout", "the way", "the way"), ("a.json", '{"way": 1}', '{"way": 1}'), ("a.mcap", mcap(X, note="way"), mcap(X, note="way"))):
@@ -145,6 +149,7 @@ class Renames(unittest.TestCase):
         before, after = "Follow the way as far as\nit goes, then stop.\n", "Follow the trajectory\nas far as it goes, then stop.\n"
         self.assertEqual(fields("stdout", before, after, rules(renames="word way -> trajectory")), [])
         self.assertNotEqual(fields("stdout", before, after.replace("stop", "go"), rules(renames="word way -> trajectory")), [])
+        self.assertEqual(fields("stdout", "a  table", "a table", rules(renames="word way -> trajectory")), ["line 1"], "no word of it was renamed")
 
     def test_a_line_that_is_not_understood_is_refused(self):
         with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()) as words:
