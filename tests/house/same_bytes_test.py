@@ -53,13 +53,11 @@ def pdf(number, level=6):
 
 
 def database(value):
-    with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / "bag.db3"
-        with contextlib.closing(sqlite3.connect(path)) as base:
-            base.execute("CREATE TABLE messages(stamp INTEGER, data BLOB)")
-            base.execute("INSERT INTO messages VALUES(5, ?)", (value,))
-            base.commit()
-        return path.read_bytes()
+    with contextlib.closing(sqlite3.connect(":memory:")) as base:
+        base.execute("CREATE TABLE messages(stamp INTEGER, data BLOB)")
+        base.execute("INSERT INTO messages VALUES(5, ?)", (value,))
+        base.commit()
+        return base.serialize()
 
 
 class Fields(unittest.TestCase):
@@ -177,9 +175,11 @@ class WholeTool(unittest.TestCase):
             setattr(same_bytes.table, name, text)
         self.program("old")
 
-    def program(self, name, old="", new=""):
-        path = self.folder / name
-        path.write_text(PROGRAM.replace(old, new) if old else PROGRAM)
+    def program(self, name, changes=()):
+        path, text = self.folder / name, PROGRAM
+        for old, new, _ in changes:
+            text = text.replace(old, new)
+        path.write_text(text)
         path.chmod(0o755)
 
     def run_tool(self, task, program, *words):
@@ -197,14 +197,17 @@ class WholeTool(unittest.TestCase):
         code, said = self.run_tool("compare", "old")
         self.assertEqual(code, 0, said)
         self.assertIn("0 differences", said)
-        for old, new, place in (("1.25", "1.2500013", "make: files/made.yaml line 1: 'x: 1.25' -> 'x: 1.2500013'"), ("made.yaml ;;", "other.yaml ;;", "make: files/made.yaml file: '8 bytes' -> 'not written'\nmake: files/other.yaml file: 'not written' -> '8 bytes'"),
-                                ("exit 2", "exit 1", "wrong.01: exit"), ('"wrong"', '"wrongly"', "wrong.01: stderr line 1"), ("A program", "The program", "help.help: stdout")):
-            self.program("new", old, new)
+        number = ("1.25", "1.2500013", "make: files/made.yaml line 1: 'x: 1.25' -> 'x: 1.2500013'")
+        name = ("made.yaml ;;", "other.yaml ;;", "make: files/made.yaml file: '8 bytes' -> 'not written'\nmake: files/other.yaml file: 'not written' -> '8 bytes'")
+        code, words, verbs = ("exit 2", "exit 1", "wrong.01: exit"), ('"wrong"', '"wrongly"', "wrong.01: stderr line 1"), ("A program", "The program", "help.help: stdout")
+        for changes in ((number, code, verbs), (name, words)):
+            self.program("new", changes)
             code, said = self.run_tool("compare", "new", "--relative", "1e-9")
             self.assertEqual(code, 1, said)
-            self.assertIn(place, said)
+            for _, _, place in changes:
+                self.assertIn(place, said)
             self.assertNotIn("use: ", said, "starts from what was kept")
-        self.assertEqual(self.run_tool("compare", "new", "--only", "make,use")[0], 0)
+        self.assertEqual(self.run_tool("compare", "new", "--only", "use,help.*")[0], 0)
         self.assertRegex(self.run_tool("ratios", "new", "--repeat", "1")[1], r"\| make \| [\d.]+ \| [\d.]+ \| [\d.]+ \|")
 
 
