@@ -303,20 +303,22 @@ class Renames:
     """The table of renames (same_bytes_renames.txt describes it)."""
 
     def __init__(self, text):
-        self.changes, self.lines, self.expected = [], {}, []
+        self.changes, self.lines, self.expected, self.shares = [], {}, [], []
         for number, line in enumerate(text.splitlines(), 1):
             line = line.strip()
             if not line or line.startswith("#"):
                 continue
-            match = re.fullmatch(r"(word|key|flag|line)(?:\[(\S+)\])? (.+?) -> (.*)|command (\S+) -> (.+)|expect (\S+) (\S+) (.+)", line)
+            match = re.fullmatch(r"(word|key|flag|line)(?:\[(\S+)\])? (.+?) -> (.*)|command (\S+) -> (.+)|expect (\S+) (\S+) (.+)|relative (\S+) (\d\S*) .+", line)
             if not match:
                 refuse(f"same_bytes_renames.txt:{number}: not understood: {line}")
-            kind, where, old, new, name, words, *expected = match.groups()
+            kind, where, old, new, name, words, *expected, glob, share = match.groups()
             if kind:
                 edges = (r"(?<![\w-])", r"(?![\w-])") if kind == "flag" else (r"(?<!\w)" if old[0].isalnum() else "", r"(?!\w)" if old[-1].isalnum() else "")
                 self.changes.append((kind, where or "*", re.compile(edges[0] + re.escape(old).replace(r"\ ", r"\s+") + edges[1]), new))
             elif name:
                 self.lines[name] = words
+            elif glob:
+                self.shares.append((glob, float(share)))
             else:
                 self.expected.append(expected)
 
@@ -368,7 +370,8 @@ class Judge:
                 print(line if len(line) < 400 else line[:397] + "...", flush=True)
         self.counts["commands that differ"] += shown > 0
         if shown > SHOWN:
-            print(f"{kept['name']}: {shown - SHOWN} more")
+            far = f"; numbers apart by up to {rules.worst[0]:.1e} of themselves, {rules.worst[1]}" if rules.worst[0] else ""
+            print(f"{kept['name']}: {shown - SHOWN} more{far}")
 
     def verdict(self, compared_commands, seconds):
         """Prints the sums; the exit code."""
@@ -393,7 +396,7 @@ def compare(options):
         if why := build.missing(dataclasses.replace(command, line=line)):
             skipped[command.name] = why
             return None
-        rules = Rules(options.relative, *renames.of(command.name))
+        rules = Rules(max([options.relative, *(share for glob, share in renames.shares if fnmatch.fnmatch(command.name, glob))]), *renames.of(command.name))
         after, here, _ = net.outcome(build, command, line, command.name, renames.of(command.name, ("key",))[0])
         if options.keep:
             write_all(pathlib.Path(options.keep) / command.name, after)

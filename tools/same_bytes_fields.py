@@ -33,7 +33,8 @@ class Rules:
     renamed: bool = False  # in the file that is being compared, so that paragraphs may be wrapped elsewhere
     accepted: collections.Counter = dataclasses.field(default_factory=collections.Counter)
     rounded: list = dataclasses.field(default_factory=list)
-    largest: tuple = (0.0, "")
+    largest: tuple = (0.0, "")  # relative difference that was accepted, and its field
+    worst: tuple = (0.0, "")  # and one that was not
 
     @property
     def absolute(self):
@@ -74,20 +75,21 @@ def same_number(before, after, rules, field, printed=False):
     a, b = float(before), float(after)
     if a == b or (math.isnan(a) and math.isnan(b)):
         return True
-    if rules.relative == 0 or not (math.isfinite(a) and math.isfinite(b)):
+    if not (math.isfinite(a) and math.isfinite(b)):
         return False
     apart = abs(a - b)
-    if apart <= max(rules.relative * max(abs(a), abs(b)), rules.absolute):
-        share = apart / max(abs(a), abs(b))
-        if apart > rules.absolute and share > rules.largest[0]:
-            rules.largest = (share, field)
+    share = apart / max(abs(a), abs(b))
+    if rules.relative > 0 and apart <= max(rules.relative * max(abs(a), abs(b)), rules.absolute):
+        if apart > rules.absolute:
+            rules.largest = max(rules.largest, (share, field))
         rules.accepted["numbers within the tolerance"] += 1
         return True
     digits = [len(str(value).partition(".")[2]) for value in (before, after)]
-    if printed and 0 < digits[0] == digits[1] <= 6 and "e" not in f"{before}{after}".lower() and apart < 1.01 * 10.0 ** -digits[0]:
+    if rules.relative > 0 and printed and 0 < digits[0] == digits[1] <= 6 and "e" not in f"{before}{after}".lower() and apart < 1.01 * 10.0 ** -digits[0]:
         rules.accepted["numbers rounded to the neighbouring last digit"] += 1
         rules.rounded.append(f"{field}: {before} -> {after}")
         return True
+    rules.worst = max(rules.worst, (share, field))
     return False
 
 

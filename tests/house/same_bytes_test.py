@@ -79,6 +79,8 @@ class Fields(unittest.TestCase):
             how = rules(1e-9)
             self.assertEqual(fields(name, before, near, how), [], name)
             self.assertAlmostEqual(how.largest[0], 1e-12, delta=1e-15)
+            fields(name, before, far, how)
+            self.assertAlmostEqual(how.worst[0], 1e-6, delta=1e-11)
             if name in places:
                 self.assertEqual(fields(name, before, far, rules(1e-9)), [places[name]])
 
@@ -137,6 +139,7 @@ class Renames(unittest.TestCase):
         self.assertEqual(table.line(same_bytes.Command("a.2", "replay --laps 2")), "info x")
         self.assertEqual(table.expects("map.1", "files/map/map.yaml line 2"), "the axes are named")
         self.assertIsNone(table.expects("map.1", "stdout line 2"))
+        self.assertEqual(same_bytes.Renames("relative replay.* 1e-6 a loop amplifies\n").shares, [("replay.*", 1e-6)])
 
     def test_a_rename_that_was_not_made_is_found(self):
         for name, before, after in (("stdout", "the way", "the way"), ("a.json", '{"way": 1}', '{"way": 1}'), ("a.mcap", mcap(X, note="way"), mcap(X, note="way"))):
@@ -208,6 +211,11 @@ class WholeTool(unittest.TestCase):
                 self.assertIn(place, said)
             self.assertNotIn("use: ", said, "starts from what was kept")
         self.assertEqual(self.run_tool("compare", "new", "--only", "use,help.*")[0], 0)
+        self.program("new", [number])
+        (self.folder / "renames.txt").write_text("relative ma* 1e-5 the sum is made in another order\n")
+        code, said = self.run_tool("compare", "new", "--renames", str(self.folder / "renames.txt"))
+        self.assertEqual(code, 0, said)
+        self.assertIn("largest relative difference accepted: 1.0e-06 (make line 1)", said)
         self.assertRegex(self.run_tool("ratios", "new", "--repeat", "1")[1], r"\| make \| [\d.]+ \| [\d.]+ \| [\d.]+ \|")
 
 
