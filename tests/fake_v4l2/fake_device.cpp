@@ -16,6 +16,8 @@
 #include <sys/timerfd.h>
 #include <unistd.h>
 
+#include "tests/fake_v4l2/kernel_call.hpp"
+
 namespace fake_v4l2 {
 namespace {
 
@@ -82,7 +84,7 @@ Device::Device(std::string folder, std::string node)
 
 Device::~Device() {
   if (bytes_ != nullptr) munmap(bytes_, mapped_);
-  ::syscall(SYS_close, memory_);  // the timer is closed by whoever opened the device
+  kernel_call(SYS_close, memory_);  // the timer is closed by whoever opened the device
 }
 
 std::uint32_t Device::buffer_size() const {
@@ -146,7 +148,11 @@ int Device::buffers(v4l2_requestbuffers& request) {
   mapped_ = std::size_t{buffer_size()} * request.count;
   if (ftruncate(memory_, static_cast<off_t>(mapped_)) != 0) return errno;
   void* data = reinterpret_cast<void*>(
-      ::syscall(SYS_mmap, nullptr, mapped_, PROT_READ | PROT_WRITE, MAP_SHARED, memory_, 0));
+      kernel_call(SYS_mmap, 0, mapped_, PROT_READ | PROT_WRITE, MAP_SHARED, memory_, off_t{0}));
+  if (data == MAP_FAILED) {
+    used_.clear();
+    return errno;
+  }
   bytes_ = static_cast<std::uint8_t*>(data);
   return 0;
 }
@@ -238,7 +244,7 @@ int Device::stream(bool on) {
 }
 
 int Device::call(unsigned long request, void* argument) {
-  if (::syscall(SYS_faccessat, AT_FDCWD, node_.c_str(), F_OK) != 0) return ENODEV;
+  if (kernel_call(SYS_faccessat, AT_FDCWD, node_.c_str(), F_OK) != 0) return ENODEV;
   switch (static_cast<std::uint32_t>(request)) {
     case VIDIOC_G_FMT:
       return format(*static_cast<v4l2_format*>(argument), false);

@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "tests/fake_v4l2/fake_device.hpp"
+#include "tests/fake_v4l2/kernel_call.hpp"
 
 namespace {
 
@@ -81,13 +82,16 @@ int open_node(const char* path) {
   return number;
 }
 
+/// Whether a third argument was passed to open(). O_TMPFILE holds the bit of O_DIRECTORY, which has none.
+bool has_mode(int flags) { return (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE; }
+
 int open_any(const char* path, int flags, unsigned mode) {
   if (is_node(path) && (flags & O_DIRECTORY) == 0) return open_node(path);
-  return static_cast<int>(::syscall(SYS_openat, AT_FDCWD, path, flags, mode));
+  return static_cast<int>(fake_v4l2::kernel_call(SYS_openat, AT_FDCWD, path, flags, mode));
 }
 
 int stat_any(const char* path, struct stat* to) {
-  if (!is_node(path)) return static_cast<int>(::syscall(SYS_newfstatat, AT_FDCWD, path, to, 0));
+  if (!is_node(path)) return static_cast<int>(fake_v4l2::kernel_call(SYS_newfstatat, AT_FDCWD, path, to, 0));
   const std::string node = node_of(path);
   if (node.empty()) {
     errno = ENOENT;
@@ -105,7 +109,7 @@ void* map_any(void* at, size_t size, int protection, int flags, int number, long
   const std::scoped_lock hold(guard());
   const auto found = number < 0 ? devices().end() : devices().find(number);
   const int from = found == devices().end() ? number : found->second->memory();
-  return reinterpret_cast<void*>(::syscall(SYS_mmap, at, size, protection, flags, from, offset));
+  return reinterpret_cast<void*>(fake_v4l2::kernel_call(SYS_mmap, at, size, protection, flags, from, offset));
 }
 
 }  // namespace
@@ -116,7 +120,7 @@ extern "C" {
 int open(const char* path, int flags, ...) {
   va_list more;
   va_start(more, flags);
-  const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(more, unsigned) : 0;
+  const unsigned mode = has_mode(flags) ? va_arg(more, unsigned) : 0;
   va_end(more);
   return open_any(path, flags, mode);
 }
@@ -124,7 +128,7 @@ int open(const char* path, int flags, ...) {
 int open64(const char* path, int flags, ...) {
   va_list more;
   va_start(more, flags);
-  const unsigned mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(more, unsigned) : 0;
+  const unsigned mode = has_mode(flags) ? va_arg(more, unsigned) : 0;
   va_end(more);
   return open_any(path, flags, mode);
 }
@@ -137,7 +141,7 @@ int close(int number) {
     const std::scoped_lock hold(guard());
     devices().erase(number);
   }
-  return static_cast<int>(::syscall(SYS_close, number));
+  return static_cast<int>(fake_v4l2::kernel_call(SYS_close, number));
 }
 
 int ioctl(int number, unsigned long request, ...) {
@@ -154,7 +158,7 @@ int ioctl(int number, unsigned long request, ...) {
       return error == 0 ? 0 : -1;
     }
   }
-  return static_cast<int>(::syscall(SYS_ioctl, number, request, argument));
+  return static_cast<int>(fake_v4l2::kernel_call(SYS_ioctl, number, request, argument));
 }
 
 void* mmap(void* at, size_t size, int protection, int flags, int number, off_t offset) {
@@ -175,7 +179,7 @@ DIR* opendir(const char* path) {
 
 ssize_t readlink(const char* path, char* to, size_t size) {
   const std::string from = replaced(path);
-  return ::syscall(SYS_readlinkat, AT_FDCWD, from.empty() ? path : from.c_str(), to, size);
+  return fake_v4l2::kernel_call(SYS_readlinkat, AT_FDCWD, from.empty() ? path : from.c_str(), to, size);
 }
 
 }  // extern "C"

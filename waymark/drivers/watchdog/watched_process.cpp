@@ -118,7 +118,7 @@ Result<pid_t> WatchedProcess::drive_from_child(double speed_m_s, double yaw_rate
     watchdog_.to.close();  // its end, once the child is gone, is what the watchdog sees
     return child;
   }
-  (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+  (void)prctl(PR_SET_PDEATHSIG, static_cast<unsigned long>(SIGKILL));
   const Duration deadline = steady_now() + Duration(std::llround(most_s * 1e9));
   while (getppid() == parent && steady_now() < deadline) {
     const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, 0});

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <type_traits>
+
+#include <unistd.h>
+
+namespace fake_v4l2 {
+
+template <class Argument>
+long register_of(Argument argument) {
+  if constexpr (std::is_pointer_v<Argument>)
+    return reinterpret_cast<long>(argument);
+  else
+    return static_cast<long>(argument);
+}
+
+/// syscall() with every argument as wide as a register. The kernel reads whole registers, and the upper half
+/// of an `int` that a variadic function gets on the stack is not set.
+template <class... Arguments>
+long kernel_call(long number, Arguments... arguments) {
+  return ::syscall(number, register_of(arguments)...);
+}
+
+}  // namespace fake_v4l2
