@@ -20,6 +20,18 @@ constexpr auto find(Range&& range, const Value& value, Projection projection = {
                       [&](const auto& one) { return std::invoke(projection, one) == value; });
 }
 
+template <class Range, class Predicate, class Projection = std::identity>
+constexpr auto find_if(Range&& range, Predicate predicate, Projection projection = {}) {
+  return std::find_if(std::begin(range), std::end(range),
+                      [&](const auto& one) { return std::invoke(predicate, std::invoke(projection, one)); });
+}
+
+/// The iterator and the function that the standard's returns are used by no room.
+template <class Range, class Function, class Projection = std::identity>
+constexpr void for_each(Range&& range, Function function, Projection projection = {}) {
+  for (auto&& one : range) std::invoke(function, std::invoke(projection, one));
+}
+
 template <class Range, class Predicate>
 constexpr bool any_of(Range&& range, Predicate predicate) {
   return std::any_of(std::begin(range), std::end(range), predicate);
@@ -38,6 +50,18 @@ constexpr bool none_of(Range&& range, Predicate predicate) {
 template <class Range, class Value>
 constexpr void fill(Range&& range, const Value& value) {
   std::fill(std::begin(range), std::end(range), value);
+}
+
+template <class Range, class Compare = std::less<>, class Projection = std::identity>
+constexpr auto max_element(Range&& range, Compare compare = {}, Projection projection = {}) {
+  return std::max_element(std::begin(range), std::end(range), [&](const auto& a, const auto& b) {
+    return std::invoke(compare, std::invoke(projection, a), std::invoke(projection, b));
+  });
+}
+
+template <class Range>
+constexpr auto max(const Range& range) {
+  return *std::max_element(std::begin(range), std::end(range));
 }
 
 template <class Range>

@@ -3,7 +3,8 @@
 tag as OpenCV finds them.
 
 usage: page_test.py PROGRAM PAGES VIEWER_BUILD_FOLDER
-Runs with WAYMARK_FULL only, after tools/build_web.sh. Exit code 77 (skipped) without it, without emscripten, without tools/build_viewer.sh or without Chromium.
+Runs with WAYMARK_FULL only, after tools/build_web.sh (./test.sh --full=site does both). Exit code 77 (skipped) without WAYMARK_FULL, or where npm could
+not build the viewer (tools/build_viewer.sh).
 """
 import json
 import os
@@ -83,9 +84,10 @@ def check_poses(setting, answer):
 
 def main():
     program, pages, built = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3])
-    if not os.environ.get("WAYMARK_FULL") or not (pages / "waymark.js").exists():
-        print("only with WAYMARK_FULL, and with the pages that tools/build_web.sh builds where emscripten is installed")
+    if not os.environ.get("WAYMARK_FULL"):
+        print("only with WAYMARK_FULL (./test.sh --full=site)")
         return SKIPPED
+    assert (pages / "waymark.js").exists(), f"{pages} is empty: run tools/build_web.sh (needs emscripten)"
     tools = browser_tools(built)
     if tools is None:
         return SKIPPED
