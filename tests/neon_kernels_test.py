@@ -6,10 +6,12 @@ usage: neon_kernels_test.py SOURCE_FOLDER
 """
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "support"))
+import installed  # noqa: E402
 
 SKIPPED = 77
 COMPILER, EMULATOR = "aarch64-linux-gnu-g++", "qemu-aarch64"
@@ -22,11 +24,8 @@ def main():
     if not os.environ.get("WAYMARK_FULL"):
         print("skipped: WAYMARK_FULL is not set")
         return SKIPPED
-    missing = [name for name in (COMPILER, EMULATOR) if shutil.which(name) is None]
-    missing += [] if GTEST.exists() else [str(GTEST)]
-    if missing:
-        print("skipped: there is no " + ", ".join(missing))
-        return SKIPPED
+    installed.program(COMPILER, "g++-aarch64-linux-gnu")
+    installed.program(EMULATOR, "qemu-user")
     with tempfile.TemporaryDirectory() as folder:
         program = pathlib.Path(folder) / "neon_kernels"
         words = [COMPILER, "-std=c++20", "-O2", "-static", f"-I{source}", f"-I{GTEST}", f"-I{GTEST}/include",

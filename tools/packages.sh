@@ -18,7 +18,7 @@ WAYMARK_TEST_PACKAGES=(libsdl2-dev libgtest-dev libgmock-dev librapidcheck-dev l
   python3-nbformat python3-nbclient python3-ipykernel mkdocs mkdocs-material doxygen
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
   gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools openssl libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
-  libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev libc++-14-dev libc++abi-14-dev)
+  libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev zstd libc++-14-dev libc++abi-14-dev)
 # libc++ 14 lacks what the C++ library of Debian's emscripten lacks: the test web.sources reads the sources of web/ with it in seconds, without emscripten.
 # The pages that work in the browser (test.sh --full=site, tools/build_web.sh).
 # shellcheck disable=SC2034  # whoever sources this

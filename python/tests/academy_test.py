@@ -1,10 +1,9 @@
 #!/usr/bin/python3
 """A student's file for the exercise of the Academy runs unchanged and gets the score it deserves.
 
-usage: academy_test.py     (PYTHONPATH names the package). Exit code 77 without cv2.
+usage: academy_test.py     (PYTHONPATH names the package)
 """
 import contextlib
-import importlib.util
 import json
 import os
 import pathlib
@@ -16,10 +15,6 @@ import time
 import unittest
 
 from waymark import academy
-
-if importlib.util.find_spec("cv2") is None or importlib.util.find_spec("yaml") is None:
-    print("cv2 or yaml is not installed (Debian: python3-opencv python3-yaml)")
-    sys.exit(77)
 
 FULL = "WAYMARK_FULL" in os.environ
 REFERENCE = (pathlib.Path(academy.__file__).parent / "nearest_tag.py").read_text()

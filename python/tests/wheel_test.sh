@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # The package as `cmake --install` puts it, and as a wheel in a virtual environment without a network, which brings the worlds.
-# usage: wheel_test.sh SOURCE BUILD PYTHON    Exit code 77 without venv, setuptools or wheel. The wheel takes long: only with WAYMARK_FULL.
+# usage: wheel_test.sh SOURCE BUILD PYTHON    The wheel takes long: only with WAYMARK_FULL.
 set -euo pipefail
 source_folder=$1 build=$2 python=$3
 unset PYTHONPATH WAYMARK_SHARE
-[ -z "${WAYMARK_FULL:-}" ] || "$python" -c 'import ensurepip, setuptools, wheel' 2>/dev/null || { echo "venv, setuptools or wheel is missing (Debian: python3-venv python3-setuptools python3-wheel)"; exit 77; }
+[ -z "${WAYMARK_FULL:-}" ] || "$python" -c 'import ensurepip, setuptools, wheel' 2>/dev/null || { echo "venv, setuptools or wheel is missing (Debian: python3-venv python3-setuptools python3-wheel)" >&2; exit 1; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 try='import sys, waymark, numpy; from waymark import config, tags; from waymark.labs import lab12, loops

@@ -20,7 +20,6 @@ from harness import waymark
 
 DPI = 150
 FULL = bool(os.environ.get("WAYMARK_FULL"))  # every picture is left out once; else every fourth
-MODULE_MISSING = "no module for calibration boards"
 
 
 def photographs(sheet_px, metres_across, count, folder, rng, warm=0.8, scale_px=1.0, fisheye=None):
@@ -78,10 +77,7 @@ class InFolder(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
 
     def run_here(self, *words, **options):
-        outcome = waymark(*words, cwd=self.folder, **options)
-        if MODULE_MISSING in outcome.err:
-            self.skipTest("this build has no OpenCV")
-        return outcome
+        return waymark(*words, cwd=self.folder, **options)
 
     def calibrated(self, *words):
         outcome = self.run_here("calibrate", "camera", *words, "-o", "found.json", "--force")

@@ -82,8 +82,7 @@ class Guided(boards.InFolder):
     def test_ctrl_c_ends_a_video_with_the_views_so_far(self):
         height, width = self.pictures[0].shape
         video = cv2.VideoWriter(str(self.folder / "board.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 20, (width, height), False)
-        if not video.isOpened():
-            self.skipTest("OpenCV writes no video here")
+        self.assertTrue(video.isOpened())
         for picture in self.pictures * 6:
             for _ in range(HELD):
                 video.write(picture)
@@ -94,7 +93,7 @@ class Guided(boards.InFolder):
         said = []
         while not said or "6 views" not in said[-1]:
             line = running.stderr.readline()
-            if boards.MODULE_MISSING in line or not line:
+            if not line:
                 break
             said.append(line)
         running.send_signal(signal.SIGINT)

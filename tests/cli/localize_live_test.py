@@ -5,7 +5,6 @@ usage: localize_live_test.py PROGRAM [unittest options]
 """
 import json
 import pathlib
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,7 +12,7 @@ import time
 
 import pictures
 from fake_camera import FakeCamera
-from harness import PROGRAM, InFolder, rest_of, unittest
+from harness import PROGRAM, InFolder, program, rest_of, unittest
 
 # A simulated robot that drives a circle whoever asks; what it is told on standard input is kept.
 DRIVEN = """
@@ -122,11 +121,10 @@ class Camera(InFolder):
                      "quaternion_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n")
         (self.folder / "map.yaml").write_text(f'format: waymark-map-1\nanchor: "tag36h11:7"\ntags:\n{tags}')
 
-    @unittest.skipUnless(shutil.which("ffmpeg"), "ffmpeg is missing (Debian: ffmpeg)")
     def test_of_a_video_is_where_the_tags_of_each_picture_say(self):
         self.write_map()
         pictures.write_pgm(self.folder / "photograph.pgm", pictures.scene(320, 240, pictures.SCENE_TAGS))
-        subprocess.run(["ffmpeg", "-v", "error", "-i", "photograph.pgm", "-pix_fmt", "yuv420p", "-c:v", "mpeg4", "-q:v", "1", "walk.mp4"], cwd=self.folder, check=True)
+        subprocess.run([program("ffmpeg", "ffmpeg"), "-v", "error", "-i", "photograph.pgm", "-pix_fmt", "yuv420p", "-c:v", "mpeg4", "-q:v", "1", "walk.mp4"], cwd=self.folder, check=True)
         asked = ["localize", "walk.mp4", "--map", "map.yaml", "--camera", "camera.yaml"]
         seen = self.run_here(*asked, "--json", "-o", "walk.tum")
         self.assertEqual(seen.code, 0, seen.err)

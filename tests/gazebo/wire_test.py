@@ -26,7 +26,6 @@ PEER = "/usr/libexec/ignition/transport11/ign-transport-topic"
 LANE = pathlib.Path(__file__).with_name("lane.yaml")
 PARTITIONS = itertools.count(1)
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
-WITH_PEER = unittest.skipUnless(os.path.exists(PEER), "ignition-transport-cli is not installed")
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
 MOVE = json.dumps({"type": "velocity", "sequence": 1, "speed_m_s": 0.3, "yaw_rate_rad_s": -0.1}) + "\n"
 COMMANDS = "/model/limo/cmd_vel"
@@ -99,7 +98,6 @@ class Listener:
         return [at for at, speed in self.speeds if speed != 0]
 
 
-@WITH_PEER
 class Peer(Wire):
     def test_names_and_types_are_those_of_fortress(self):
         self.simulation()
@@ -247,7 +245,6 @@ class Nobody(Wire):
         self.assertEqual(robot.stdout.read() if robot.poll() else "", "", "no hello")
 
     @LONG
-    @WITH_PEER
     def test_topics_that_exist_are_said_and_it_gives_up(self):
         profile = self.folder / "other.yaml"
         profile.write_text("robot: limo-gazebo\nodometry_topic: /model/other/odometry\ncommand_topic: /model/other/cmd_vel\n")

@@ -29,7 +29,6 @@ PLANT = os.environ.get("WAYMARK_PLANT", "mujoco")
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 SPEED_M_S = 0.25
 FAULT_AT_S = 20  # since the plant was switched on
-GAZEBO = pathlib.Path(PROGRAM).with_name("libwaymark-gazebo.so")
 # The distance from the taught way that a replay of the plant in process keeps to, times 1.2.
 MOST_RMSE_CM, MOST_CM = 1.2 * 1.0, 1.2 * 2.5
 
@@ -116,7 +115,6 @@ class Wires(unittest.TestCase):
         self.judge("MBot's LCM", self.lap(["--mbot", url], lambda _: "mbot:" + url, anchor="tagCustom48h12:0"))
 
     @LONG
-    @unittest.skipUnless(GAZEBO.exists(), "without Gazebo's libraries")
     def test_gazebo(self):
         self.environment.update(IGN_IP="127.0.0.1", IGN_PARTITION=f"waymark-plant-{os.getpid()}")
         self.judge("Gazebo's topics", self.lap(["--gazebo", "limo"], lambda _: "gazebo:limo", camera="pictures"))

@@ -6,10 +6,14 @@ usage: package_test.py PROGRAM
 import ast
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import unittest
+
+import yaml
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import installed  # noqa: E402
 
 PROGRAM = sys.argv[1]
 PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent / "ros2"
@@ -25,9 +29,8 @@ def commands(tree):
 
 
 class Package(unittest.TestCase):
-    @unittest.skipUnless(shutil.which("xmllint"), "libxml2-utils is not installed")
     def test_package_xml_is_well_formed_and_complete(self):
-        found = subprocess.run(["xmllint", "--nonet", "--xpath", "string(/package[@format='3']/name)", PACKAGE / "package.xml"],
+        found = subprocess.run([installed.program("xmllint", "libxml2-utils"), "--nonet", "--xpath", "string(/package[@format='3']/name)", PACKAGE / "package.xml"],
                                capture_output=True, text=True)
         self.assertEqual((found.returncode, found.stdout.strip()), (0, "waymark"), found.stderr)
         version = re.search(r"VERSION ([\d.]+)", (PACKAGE.parent / "CMakeLists.txt").read_text().split("project(", 1)[1]).group(1)
@@ -53,10 +56,6 @@ class Package(unittest.TestCase):
                     self.assertIn(flag, known, f"{file}: {verb} {flag}")
 
     def test_rviz_configuration_shows_topics_that_are_published(self):
-        try:
-            import yaml
-        except ImportError:
-            self.skipTest("python3-yaml is not installed")
         manager = yaml.safe_load((PACKAGE / "rviz/waymark.rviz").read_text())["Visualization Manager"]
         topics = {display["Topic"]["Value"] for display in manager["Displays"] if "Topic" in display}
         sources = "".join((PACKAGE.parent / "waymark/live" / name).read_text() for name in ("ros2_node.cpp", "ros2_robot_sim.cpp"))

@@ -10,6 +10,8 @@ import subprocess
 import sys
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import installed  # noqa: E402
 from wire_case import LONG, PROGRAM, Wire
 
 NAMESPACE = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
@@ -35,7 +37,7 @@ PERMISSIONS = f"""<?xml version="1.0" encoding="UTF-8"?>
 
 
 def openssl(folder, *words):
-    subprocess.run(["openssl", *words], cwd=folder, check=True, capture_output=True)
+    subprocess.run([installed.program("openssl", "openssl"), *words], cwd=folder, check=True, capture_output=True)
 
 
 def make_enclave(folder):
@@ -54,7 +56,6 @@ def make_enclave(folder):
         shutil.copy(folder / "ca.cert.pem", enclave / f"{name}.cert.pem")
 
 
-@unittest.skipUnless(shutil.which("openssl"), "there is no openssl")
 class Security(Wire):
     def secured(self, keystore):
         return {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_KEYSTORE": str(keystore), "ROS_SECURITY_ENCLAVE_OVERRIDE": "/waymark"}

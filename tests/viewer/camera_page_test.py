@@ -2,7 +2,7 @@
 """The page of `waymark detect v4l2:… --view` in a headless Chromium: a camera that tests/fake_v4l2 plays.
 
 usage: camera_page_test.py PROGRAM VIEWER_BUILD_FOLDER
-Exit code 77 (skipped) without tools/build_viewer.sh or without Chromium.
+Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh).
 """
 import os
 import pathlib

@@ -4,7 +4,7 @@
 usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER session|pictures [PICTURES]
 session: the robot says the corners of tags, which is cheap, so that page and robot keep up on a busy machine; with PICTURES it sends
 pictures as well, and the screenshot of the documents goes there. pictures: a short lap with pictures.
-Exit code 77 (skipped) without tools/build_viewer.sh or without Chromium.
+Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh).
 """
 import math
 import os

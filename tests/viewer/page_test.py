@@ -2,7 +2,7 @@
 """The page of `waymark view` in a headless Chromium: opens, scrubs, steps, measures; pictures, accessibility, a phone.
 
 usage: page_test.py PROGRAM VIEWER_BUILD_FOLDER [PICTURES]     with PICTURES the screenshots of the documents go there
-Exit code 77 (skipped) without tools/build_viewer.sh or without Chromium.
+Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh): it comes from the network. Chromium is a package of ./test.sh.
 """
 import os
 import pathlib
@@ -16,13 +16,15 @@ SKIPPED = 77
 
 
 def browser_tools(built):
-    """Node and what its scripts are told by the environment; None, said in words, where something is missing."""
+    """Node and the environment of its scripts; None where npm has not built the page."""
     modules = built / "source/node_modules"
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     npm_node = built.parent / "npm/node_modules/.bin/node"
     node = str(npm_node) if npm_node.exists() else shutil.which("node")
-    if not (modules / "playwright-core").exists() or not (built / "stamp").exists() or chromium is None or node is None:
-        print("no page (tools/build_viewer.sh), no Chromium or no Node")
+    if chromium is None:
+        raise SystemExit("there is no Chromium: apt-get install chromium (./test.sh installs it)")
+    if not (modules / "playwright-core").exists() or not (built / "stamp").exists() or node is None:
+        print("npm has not built the page (tools/build_viewer.sh)")
         return None
     return node, {"WAYMARK_NODE_MODULES": str(modules), "WAYMARK_CHROMIUM": chromium}
 

@@ -39,7 +39,7 @@ def search(site):
     """Searches in a headless Chromium; nothing but this server may be asked."""
     tools = browser_tools(ROOT / "build/viewer")
     if tools is None:
-        return 0  # said by browser_tools()
+        return SKIPPED  # the search only; browser_tools() printed why
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=site))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:

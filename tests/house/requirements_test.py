@@ -1,0 +1,54 @@
+#!/usr/bin/python3
+"""No result of a test depends on which programs happen to be installed: what tests run is a package of tools/packages.sh, and a missing one fails.
+
+A test may skip for the reasons below only: it is long (WAYMARK_FULL), its recordings are not there (WAYMARK_DATA, WAYMARK_REQUIRE_DATA), npm could not
+reach its registry, or the kernel refuses what the test needs.
+"""
+import pathlib
+import re
+import subprocess
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+REASONS = re.compile(r"WAYMARK_FULL|WAYMARK_DATA|FULL, \"|\"WAYMARK_FULL\" in|LOG\.is_file|another lab was asked for|no validators|npm has not built|no small file system|geteuid|\bDATA,")
+SKIP = re.compile(r"(?:skipTest|skipUnless|skipIf|SkipTest)\([^\n]*")
+# What may look for programs by itself: the one place for tests, browsers under other names, the packages of --full=devices, and a test that hides all programs.
+LOOKS = {"tests/support/installed.py", "tests/viewer/page_test.py", "tests/devices/machine.py", "tests/house/site_links_test.py", "tests/house/requirements_test.py"}
+NEEDED = re.compile(r"\bprogram\(\s*(?:\"[^\"]+\"|[A-Z]+), \"([^\"]+)\"\)")
+
+
+def tests():
+    names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard", "tests/*.py", "python/tests/*.py"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+    return {name: (ROOT / name).read_text() for name in names if (ROOT / name).exists()}
+
+
+def packages():
+    """Those that ./test.sh installs."""
+    words = 'source tools/packages.sh; echo "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"'
+    return set(subprocess.run(["bash", "-c", words], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split())
+
+
+def wrong_skips(text):
+    return [skip for skip in SKIP.findall(text) if not REASONS.search(skip)]
+
+
+class Requirements(unittest.TestCase):
+    def test_a_test_skips_for_no_missing_program(self):
+        found = {name: wrong_skips(text) for name, text in tests().items() if name != "tests/house/requirements_test.py"}
+        self.assertEqual({name: skips for name, skips in found.items() if skips}, {})
+
+    def test_a_planted_skip_is_found(self):
+        self.assertEqual(len(wrong_skips('    @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")\n')), 1)
+        self.assertEqual(len(wrong_skips('    self.skipTest("python3-yaml is not installed")\n')), 1)
+
+    def test_programs_are_looked_for_in_one_place(self):
+        self.assertEqual([name for name, text in tests().items() if "shutil.which(" in text and name not in LOOKS], [])
+
+    def test_what_tests_run_is_installed_by_the_script(self):
+        needed = {package for text in tests().values() for package in NEEDED.findall(text)}
+        self.assertGreaterEqual(needed, {"ffmpeg", "zstd", "openssl", "libxml2-utils", "qemu-user"})
+        self.assertEqual(needed - packages(), set())
+
+
+if __name__ == "__main__":
+    unittest.main()
