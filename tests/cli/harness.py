@@ -12,7 +12,8 @@ import unittest
 import pictures
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from installed import program  # noqa: E402, F401  (for tests that run other programs)
+import event  # noqa: E402, F401  (tests import both from here)
+from installed import program  # noqa: E402, F401
 
 PROGRAM = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else sys.exit("usage: …_test.py PROGRAM [unittest options]")
 TAG_FAR = 0.5  # px: the tests ask whether it is the right tag in the right place, not how accurately

@@ -10,7 +10,7 @@ import time
 
 import pictures
 from fake_camera import FakeCamera
-from harness import PROGRAM, InFolder, program, unittest
+from harness import PROGRAM, InFolder, event, program, unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 VIDEO = "v4l2:/dev/video0"
@@ -116,16 +116,14 @@ class LiveCamera(InFolder):
         self.assertEqual(damaged.code, 0, damaged.err)
         self.assertIn("damaged picture", damaged.err)
         process = self.start("detect", VIDEO, "--json")
-        time.sleep(1)
+        found, words = event.Lines(process.stdout), event.Lines(process.stderr)
+        found.wait_for("tag36h11")
         self.camera.unplug()
-        time.sleep(0.5)
+        words.wait_for("not plugged in any more")
         self.camera.plug_in()
-        time.sleep(1)
+        words.wait_for("there again")
         process.send_signal(signal.SIGINT)
-        _, words = process.communicate(timeout=20)
-        self.assertEqual(process.returncode, 130, words)
-        self.assertIn("not plugged in any more", words)
-        self.assertIn("there again", words)
+        self.assertEqual(process.wait(20), 130, words.rest())
 
     def test_doctor(self):
         (self.folder / "calibration.yaml").write_text("nothing: 1\n")

@@ -8,7 +8,6 @@ import pathlib
 import signal
 import subprocess
 import sys
-import time
 
 import pictures
 from fake_camera import FakeCamera
@@ -76,7 +75,7 @@ class Driven(InFolder):
                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         line = process.stdout.readline()
         self.assertRegex(line, r"^ +0\.0 s: ")
-        time.sleep(1)
+        self.assertRegex(process.stdout.readline(), r"^ +1\.\d s: ")
         process.send_signal(signal.SIGINT)
         out, err = rest_of(process)
         self.assertEqual(process.returncode, 130, err)

@@ -165,7 +165,7 @@ class Peer(Wire):
         killed = time.monotonic()
         simulation.kill()
         self.until(lambda: any(line["type"] == "log" and "no odometry for" in line["text"] for line in lines))
-        time.sleep(0.5)
+        self.until(lambda: sum(at > killed + 0.3 for at, _ in listener.speeds) > 5)
         last = max(listener.moving()) - killed
         words = [line["text"] for line in lines if line["type"] == "log"]
         print(f"simulation killed: last moving command {1e3 * last:.0f} ms after; {words}")
@@ -182,7 +182,8 @@ class Peer(Wire):
         self.until(lambda: len(listener.moving()) > 20)
         killed = time.monotonic()
         os.kill(driver.pid, signal.SIGKILL)
-        time.sleep(1)
+        self.until(lambda: any(at > killed and speed == 0 for at, speed in listener.speeds))
+        time.sleep(1)  # in which nothing may move it again
         last = max(listener.moving()) - killed
         zero = min(at for at, speed in listener.speeds if at > killed and speed == 0) - killed
         print(f"driver killed: last moving command {1e3 * last:.0f} ms, first zero {1e3 * zero:.0f} ms after")

@@ -22,6 +22,7 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import event
 import wire_driver
 
 PROGRAM, PEER = sys.argv[1:3]
@@ -126,12 +127,14 @@ class Robot(Lcm):
         peer = self.start(PEER, "robot", self.url, 30)
         driver = self.start(sys.executable, wire_driver.__file__, WATCHDOG, PROGRAM, "mbot", "robot", self.url)
         self.assertEqual(driver.stdout.readline(), "drives\n")
-        time.sleep(1)
+        heard = event.Lines(peer.stdout)
+        heard.wait_for_number(r"^cmd \d+ (\S+)", lambda speed: speed > 0, count=16)
         killed = time.monotonic_ns()
         driver.kill()
-        time.sleep(1.5)
+        event.until(lambda: float(COMMAND.findall(heard.text)[-1][1]) == 0, "zero is the last command")
+        time.sleep(1)  # in which nothing may move it again
         peer.kill()
-        commands = [(int(at) - killed, float(vx)) for at, vx, *_ in COMMAND.findall(peer.stdout.read())]
+        commands = [(int(at) - killed, float(vx)) for at, vx, *_ in COMMAND.findall(heard.rest())]
         self.assertGreater(sum(at < 0 and vx > 0 for at, vx in commands), 15, "it drove")
         last = max((at for at, vx in commands if vx != 0), default=0)
         zero = min(at for at, vx in commands if vx == 0 and at > 0)

@@ -11,7 +11,7 @@ import sys
 import time
 import unittest
 
-from wire_case import COMMAND, LONG, PEER, PROGRAM, Wire, lines_of
+from wire_case import COMMAND, LONG, PEER, PROGRAM, Lines, Wire, lines_of, until
 from wire_peer import MULTICAST
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -86,7 +86,7 @@ class Time(Wire):
         self.start(PEER, "robot", 30)
         robot = self.run_program("ros2", "robot", profile)
         self.assertEqual(robot.returncode, 1)
-        self.assertIn("no time came on /clock (use_sim_time)", robot.stderr)
+        self.assertIn("nobody publishes /clock, whose time the profile asks for (use_sim_time)", robot.stderr)
 
 
 class Network(Wire):
@@ -112,24 +112,29 @@ class Network(Wire):
         wire_driver.move(robot, 0.3, -0.1, 60)
         robot.stdin.close()
         self.assertEqual(robot.wait(20), 0)
-        time.sleep(0.5)
+        heard = Lines(peer.stdout)
+        until(lambda: [v for _, v, _ in COMMAND.findall(heard.text)][-1:] == ["0.000000"], "zero is the last command")
         peer.kill()
-        commands = COMMAND.findall(peer.stdout.read())
+        commands = COMMAND.findall(heard.rest())
         self.assertGreater(len([v for _, v, _ in commands if float(v) == 0.3]), 40, "reliable")
         self.assertEqual(float(commands[-1][1]), 0, "it stands at the end")
 
     @LONG
     def test_whose_driver_is_killed_stops_the_robot(self):
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
-        listener = self.start(PEER, "listen", 14)
-        self.assertEqual(listener.stdout.readline(), "listening\n")
+        listener = self.start(PEER, "listen", 120)
+        heard = Lines(listener.stdout)
+        heard.wait_for("listening\n")
         watchdog = pathlib.Path(PROGRAM).with_name("waymark-watchdog")
         driver = self.start(sys.executable, wire_driver.__file__, watchdog, PROGRAM, "ros2", "robot", "limo")
         self.assertEqual(driver.stdout.readline(), "drives\n")
-        time.sleep(2)
+        heard.wait_for_number(r"^cmd \d+ (\S+)", lambda speed: speed != 0, count=21)
         killed = time.monotonic_ns()
         driver.send_signal(signal.SIGKILL)
-        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(listener.communicate(timeout=60)[0])]
+        until(lambda: COMMAND.findall(heard.text)[-1][1] == "0.000000", "zero is the last command")
+        time.sleep(1)  # in which nothing may move it again
+        listener.kill()
+        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(heard.rest())]
         self.assertGreater(len([v for at, v in commands if v and at < killed]), 20, "it drove")
         last = max((at for at, v in commands if v and at > killed), default=killed) - killed
         print(f"last moving command {last / 1e6:.0f} ms after the kill")
@@ -149,8 +154,8 @@ class Peers(Wire):
 
     def test_two_robots_on_the_same_topics_are_not_driven(self):
         for _ in range(2):
-            self.start(PEER, "robot", 30, stdout=subprocess.DEVNULL)
-        time.sleep(1)
+            self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
+        until(lambda: "/odom [nav_msgs/msg/Odometry] 2 publishers" in self.run_program("ros2", "topic", "list").stdout, "both publish /odom")
         code, out, words = wire_driver.end_of([PROGRAM, "ros2", "robot", "limo"], self.environment)
         self.assertEqual((code, out), (1, ""), words)
         two = "2 programs publish odometry on /odom: are there two robots in this domain?"

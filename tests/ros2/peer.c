@@ -346,18 +346,44 @@ static void show_nodes(double seconds, int gid_bytes) {
   char line[512] = "none\n";
   const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
   while (dds_time() < end) {
-    void *raw = NULL;
-    dds_sample_info_t info;
-    if (dds_read(nodes, &raw, &info, 1, 1) == 1) {
-      int known = 0;
-      if (info.valid_data && gid_bytes == 24) SHOW_NODE(rmw_dds_common_humble_msg_dds__ParticipantEntitiesInfo_, raw);
-      if (info.valid_data && gid_bytes == 16) SHOW_NODE(rmw_dds_common_msg_dds__ParticipantEntitiesInfo_, raw);
-      dds_return_loan(nodes, &raw, 1);
-      if (known > 1) break;
+    enum { MOST = 100 };  // the depth of the reader: all that came, of which the newest counts
+    void *raw[MOST] = {NULL};
+    dds_sample_info_t info[MOST];
+    const int count = dds_read(nodes, raw, info, MOST, MOST);
+    int known = 0;
+    if (count > 0) {
+      const int newest = count - 1;
+      if (info[newest].valid_data && gid_bytes == 24) SHOW_NODE(rmw_dds_common_humble_msg_dds__ParticipantEntitiesInfo_, raw[newest]);
+      if (info[newest].valid_data && gid_bytes == 16) SHOW_NODE(rmw_dds_common_msg_dds__ParticipantEntitiesInfo_, raw[newest]);
+      dds_return_loan(nodes, raw, count);
     }
+    if (known > 1) break;
     dds_sleepfor(DDS_MSECS(20));
   }
   fputs(line, stdout);
+}
+
+/// Describes a node /slow to show_nodes() twice, as a slow program does: without its publisher at first.
+static void announce(double seconds) {
+  typedef dds_sequence_rmw_dds_common_msg_dds__Gid_ Gids;
+  rmw_dds_common_msg_dds__Gid_ reader, writer;
+  dds_guid_t guid;
+  dds_get_guid(endpoint(0, "rt/slow_in", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 1)), &guid);
+  memcpy(reader.data_, guid.v, 16);
+  dds_get_guid(endpoint(1, "rt/slow_out", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 1)), &guid);
+  memcpy(writer.data_, guid.v, 16);
+  const dds_entity_t info = endpoint(1, "ros_discovery_info", &rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc, qos(1, 1, 1));
+  for (dds_publication_matched_status_t out = {0}; out.current_count == 0; dds_sleepfor(DDS_MSECS(20))) dds_get_publication_matched_status(info, &out);
+  for (uint32_t writers = 0; writers < 2; ++writers) {
+    rmw_dds_common_msg_dds__NodeEntitiesInfo_ node = {"/", "slow", (Gids){1, 1, &reader, false}, (Gids){1, writers, &writer, false}};
+    rmw_dds_common_msg_dds__ParticipantEntitiesInfo_ m;
+    memset(&m, 0, sizeof m);
+    m.node_entities_info_seq_._maximum = m.node_entities_info_seq_._length = 1;
+    m.node_entities_info_seq_._buffer = &node;
+    dds_write(info, &m);
+    dds_sleepfor(DDS_MSECS(500));
+  }
+  dds_sleepfor((int64_t)(seconds * 1e9));
 }
 
 static nav_msgs_msg_dds__Odometry_ standing_still(void) {
@@ -533,6 +559,7 @@ int main(int argc, char **argv) {
   else if (strcmp(argv[1], "compressed") == 0 && argc > 3) compressed(seconds, argv[3]);
   else if (strcmp(argv[1], "view") == 0) view(seconds);
   else if (strcmp(argv[1], "nodes") == 0 && argc > 3) show_nodes(seconds, atoi(argv[3]));
+  else if (strcmp(argv[1], "announce") == 0) announce(seconds);
   else if (strcmp(argv[1], "pose") == 0 && argc > 6) say_pose(seconds, argv + 3);
   else if (strcmp(argv[1], "latency") == 0) latency(seconds);
   else return 2;

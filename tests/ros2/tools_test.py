@@ -12,7 +12,9 @@ import sys
 import time
 import unittest
 
-from wire_case import COMMAND, LONG, PEER, PROGRAM, Wire
+from wire_case import COMMAND, LONG, PEER, PROGRAM, Lines, Wire, until
+
+COMMANDED_SPEED = r"^cmd \d+ (\S+)"
 
 
 class FirstAid(Wire):
@@ -45,12 +47,17 @@ class FirstAid(Wire):
         for distro, gid_bytes in (("humble", 24), ("jazzy", 16), (None, 16)):
             self.next_domain()
             self.start(PROGRAM, "ros2", "relay", *(("--ros-distro", distro) if distro else ()))
-            seen[distro] = self.start(PEER, "nodes", 20 if distro else 2, gid_bytes)
+            seen[distro] = self.start(PEER, "nodes", 30 if distro else 2, gid_bytes)
         for distro, peer in seen.items():
-            self.assertEqual(peer.communicate(timeout=40)[0], "/waymark_relay readers 1 writers 1 known 2\n" if distro else "none\n", distro)
+            self.assertEqual(peer.communicate(timeout=50)[0], "/waymark_relay readers 1 writers 1 known 2\n" if distro else "none\n", distro)
         wrong = self.run_program("ros2", "relay", "--ros-distro", "humbel")
         self.assertEqual(wrong.returncode, 2, wrong.stderr)
         self.assertIn("humble", wrong.stderr)
+
+    def test_the_peer_reads_the_newest_description_of_a_node(self):
+        shown = self.start(PEER, "nodes", 20, 16)
+        self.start(PEER, "announce", 20)
+        self.assertEqual(shown.communicate(timeout=40)[0], "/slow readers 1 writers 1 known 2\n")
 
     @LONG
     def test_two_hundred_topics_are_discovered(self):
@@ -69,37 +76,33 @@ class FirstAid(Wire):
 
 
 class Relay(Wire):
-    def words_of(self, *flags):
-        """What the relay says within five seconds."""
+    def relay_prints(self, flags, *expected):
+        """What the relay prints until all that is expected has come."""
         relay = self.start(PROGRAM, "ros2", "relay", *flags, stderr=subprocess.PIPE)
-        time.sleep(5)
+        printed = Lines(relay.stderr)
+        printed.wait_for(*expected)
         relay.send_signal(signal.SIGINT)
-        words = relay.communicate(timeout=20)[1]
-        self.assertEqual(relay.returncode, 0, words)
-        return words
+        self.assertEqual(relay.wait(20), 0, printed.text)
+        return printed.rest()
 
     def test_what_keeps_commands_from_the_robot_is_said(self):
-        words = self.words_of()
-        self.assertIn("nobody publishes /waymark/cmd_vel yet", words)
-        self.assertIn("nobody subscribes to /cmd_vel yet", words)
-        robot = self.start(PEER, "listen", 15)  # subscribes to Twist
+        self.relay_prints((), "nobody publishes /waymark/cmd_vel yet", "nobody subscribes to /cmd_vel yet")
+        robot = self.start(PEER, "listen", 60)  # subscribes to Twist
         self.assertEqual(robot.stdout.readline(), "listening\n")
-        words = self.words_of("--stamped")
-        self.assertIn("/cmd_vel is subscribed as geometry_msgs/msg/Twist, but geometry_msgs/msg/TwistStamped is published here", words)
-        self.assertNotIn("nobody subscribes", words)
+        mismatch = "/cmd_vel is subscribed as geometry_msgs/msg/Twist, but geometry_msgs/msg/TwistStamped is published here"
+        self.assertNotIn("nobody subscribes", self.relay_prints(("--stamped",), mismatch, "nobody publishes /waymark/cmd_vel yet"))
 
     @LONG
     def test_that_is_killed_leaves_zero(self):
         lap = self.folder / "lap.mcap"
         self.succeeds("teach", "--world", "mbot-square", "-o", lap)
-        listener = self.start(PEER, "listen", 9)
+        heard = Lines(self.start(PEER, "listen", 90).stdout)
         relay = self.start(PROGRAM, "ros2", "relay", "--from", "/cmd_vel", "--to", "/cmd_vel2", stderr=subprocess.PIPE)
-        echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel2", "--seconds", "8", stdout=subprocess.PIPE)
+        echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel2", "--seconds", "15", stdout=subprocess.PIPE)
         self.start(PROGRAM, "play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2")
-        time.sleep(5)
+        heard.wait_for_number(COMMANDED_SPEED, lambda speed: speed > 0.1, count=50)  # the relay as well, which begins earlier
         relay.kill()
         self.assertIn("zero was published on /cmd_vel2", relay.communicate(timeout=20)[1])
-        listener.wait(20)
         speeds = [float(x) for x in re.findall(r"linear:\n +x: (\S+)", echo.communicate(timeout=40)[0])]
         self.assertGreater(max(speeds), 0.1)
         self.assertEqual(speeds[-1], 0)
@@ -121,25 +124,25 @@ class Play(Wire):
         self.assertIn("/cmd_vel was left out: velocity commands move a robot", played.stderr)
         self.assertEqual(self.run_program("play", lap, "--commands").returncode, 2)
         for interrupted in (False, True):
-            echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel", "--seconds", "8", stdout=subprocess.PIPE)
-            time.sleep(1)
-            end = "30" if interrupted else "3"
+            listener = self.start(PEER, "listen", 90)
+            heard = Lines(listener.stdout)
+            heard.wait_for("listening\n")
+            end = "30" if interrupted else "6"
             play = self.start(PROGRAM, "play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2", "--to", end, stdout=subprocess.PIPE)
+            heard.wait_for_number(COMMANDED_SPEED, lambda speed: speed > 0.1)
             if interrupted:
-                time.sleep(2.5)
                 play.send_signal(signal.SIGINT)
             self.assertIn("messages published", play.communicate(timeout=30)[0])
             self.assertEqual(play.returncode, 130 if interrupted else 0)
-            speeds = [float(x) for x in re.findall(r"linear:\n +x: (\S+)", echo.communicate(timeout=40)[0])]
-            self.assertGreater(max(speeds), 0.1, "it was published")
-            self.assertEqual(speeds[-1], 0, "zero is the last")
-        robot = self.start(PEER, "listen", 8)  # it subscribes to Twist, and TwistStamped was recorded
+            until(lambda: COMMAND.findall(heard.text)[-1][1] == "0.000000", "zero is the last command")
+            listener.kill()
+        robot = self.start(PEER, "listen", 60)  # it subscribes to Twist, and TwistStamped was recorded
         self.assertEqual(robot.stdout.readline(), "listening\n")
         stamped = self.run_program("play", lap, "--ros2", "--commands", *topics)
         self.assertEqual(stamped.returncode, 0, stamped.stderr)
         self.assertIn("/cmd_vel is subscribed as geometry_msgs/msg/Twist", stamped.stderr)
-        self.assertGreater(max(float(v) for _, v, _ in COMMAND.findall(robot.communicate(timeout=30)[0])), 0.1)
-        self.start(PEER, "robot", 30)
+        Lines(robot.stdout).wait_for_number(COMMANDED_SPEED, lambda speed: speed > 0.1)
+        self.start(PEER, "robot", 60)
         over = self.run_program("play", lap, "--ros2", "--topics", "/odom,/tf_static")
         self.assertEqual(over.returncode, 1, over.stderr)
         self.assertIn("another program publishes /odom", over.stderr)
@@ -147,15 +150,19 @@ class Play(Wire):
     def test_zero_follows_commands_of_a_program_that_is_killed(self):
         lap = self.folder / "lap.mcap"
         self.succeeds("teach", "--world", "mbot-square", "-o", lap)
-        listener = self.start(PEER, "listen", 9)
-        self.assertEqual(listener.stdout.readline(), "listening\n")
+        listener = self.start(PEER, "listen", 90)
+        heard = Lines(listener.stdout)
+        heard.wait_for("listening\n")
         words = ("play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2")
         play = self.start(PROGRAM, *words, stderr=subprocess.PIPE)
-        time.sleep(4)
+        heard.wait_for_number(COMMANDED_SPEED, lambda speed: speed > 0.1, count=5)
         killed = time.monotonic_ns()
         play.kill()
         self.assertIn("was killed: zero was published on /cmd_vel", play.communicate(timeout=20)[1])
-        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(listener.communicate(timeout=30)[0])]
+        until(lambda: COMMAND.findall(heard.text)[-1][1] == "0.000000", "zero is the last command")
+        time.sleep(0.5)  # in which nothing may move it again
+        listener.kill()
+        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(heard.rest())]
         self.assertGreater(max(v for at, v in commands if at < killed), 0.1)
         after = [(at, v) for at, v in commands if at > killed]
         moving = max((at for at, v in after if v != 0), default=killed)
@@ -168,8 +175,8 @@ class Play(Wire):
     def test_a_recording_is_played_to_the_network(self):
         lap = self.folder / "lap.mcap"
         self.succeeds("teach", "--world", "mbot-square", "-o", lap)
-        recorder = self.start(PEER, "record", 10)
-        time.sleep(1)
+        recorder = self.start(PEER, "record", 30)
+        self.wait_for_subscription("/odom")
         played = self.run_program("play", lap, "--ros2", "--to", 8)  # the recorder itself publishes commands
         self.assertEqual(played.returncode, 0, played.stderr)
         self.assertIn("messages published", played.stdout)

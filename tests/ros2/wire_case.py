@@ -15,6 +15,9 @@ import unittest
 
 from wire_peer import environment
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from event import Lines, until  # noqa: E402, F401  (tests import them from here)
+
 PROGRAM, PEER = sys.argv[1:3]
 DOMAINS = itertools.count(1 + os.getpid() % 199)
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
@@ -54,6 +57,11 @@ class Wire(unittest.TestCase):
         finally:
             os.close(never_ends)
             os.close(keep)
+
+    def wait_for_subscription(self, topic):
+        """Until discovery has found who subscribes; each list looks for some seconds."""
+        found = re.compile(rf"^{topic} \[.*[1-9]\d* subscription", re.M)
+        until(lambda: found.search(self.run_program("ros2", "topic", "list").stdout), f"nobody subscribes to {topic}")
 
     def succeeds(self, *words):
         done = self.run_program(*words, timeout=300)

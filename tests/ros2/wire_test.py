@@ -16,7 +16,7 @@ import threading
 import time
 import unittest
 
-from wire_case import COMMAND, LONG, PEER, PROGRAM, Wire, lines_of
+from wire_case import COMMAND, LONG, PEER, PROGRAM, Lines, Wire, lines_of, until
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import wire_driver
@@ -154,18 +154,22 @@ class Robot(Wire):
 
 
 class Kill(Wire):
-    def stop_times(self, victim, signal_number, seconds=12):
+    def stop_times(self, victim, signal_number):
         """Drives through the watchdog, kills the victim, and gives the last moving command after the kill [s]."""
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
-        listener = self.start(PEER, "listen", seconds)
-        self.assertEqual(listener.stdout.readline(), "listening\n")
+        listener = self.start(PEER, "listen", 120)
+        heard = Lines(listener.stdout)
+        heard.wait_for("listening\n")
         driver = self.start(sys.executable, wire_driver.__file__, WATCHDOG, PROGRAM, "ros2", "robot", "limo", stdout=subprocess.PIPE)
         self.assertEqual(driver.stdout.readline(), "drives\n")
-        time.sleep(1)
+        heard.wait_for_number(r"^cmd \d+ (\S+)", lambda speed: speed != 0, count=16)
         killed = time.monotonic_ns()
         target = {"driver": driver.pid, "watchdog": self.child_of(driver.pid)}[victim]
         os.kill(target, signal_number)
-        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(listener.communicate(timeout=60)[0])]
+        until(lambda: [v for _, v, _ in COMMAND.findall(heard.text)][-3:] == ["0.000000"] * 3, "zero is the last command, again and again")
+        time.sleep(1)  # in which nothing may move it again
+        listener.kill()
+        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(heard.rest())]
         before = [at for at, v in commands if v != 0 and at < killed]
         self.assertGreater(len(before), 15, "it drove")
         after = [at for at, v in commands if v != 0 and at > killed]

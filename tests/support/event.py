@@ -1,0 +1,41 @@
+"""Waiting for what a test needs, with a deadline: a fixed pause is too short on a busy machine, and too long on any other."""
+import re
+import threading
+import time
+
+
+def until(condition, what: str, seconds: float = 30):
+    """Waits until `condition()` is true, and returns its value."""
+    deadline = time.monotonic() + seconds
+    while not (value := condition()):
+        if time.monotonic() > deadline:
+            raise AssertionError(f"after {seconds:.0f} s: {what() if callable(what) else what}")
+        time.sleep(0.01)
+    return value
+
+
+class Lines:
+    """What a process writes to a pipe, read as it comes by a thread. Nothing else may read the pipe."""
+
+    def __init__(self, stream):
+        self._lines = []
+        self._thread = threading.Thread(target=lambda: self._lines.extend(stream), daemon=True)
+        self._thread.start()
+
+    @property
+    def text(self) -> str:
+        return "".join(self._lines.copy())
+
+    def wait_for(self, *texts: str, seconds: float = 30):
+        """Waits until each text was written."""
+        until(lambda: all(text in self.text for text in texts), lambda: f"{texts} in: {self.text}", seconds)
+
+    def wait_for_number(self, pattern: str, accepts, count: int = 1, seconds: float = 30):
+        """Waits until `count` matches of a pattern with one group are numbers that `accepts`."""
+        until(lambda: sum(map(accepts, map(float, re.findall(pattern, self.text, re.M)))) >= count, lambda: f"{count} of {pattern} in: {self.text}", seconds)
+
+    def rest(self, seconds: float = 30) -> str:
+        """All of it, once the process has closed the pipe."""
+        self._thread.join(seconds)
+        assert not self._thread.is_alive(), "the pipe is still open"
+        return self.text
