@@ -30,17 +30,19 @@ while [ $# -gt 0 ]; do
   shift
 done
 out="${1:-out/demo}"
+quoted=$(printf %q "$out")  # for commands that can be copied
+# shellcheck source=tools/packages.sh
+source tools/packages.sh
 
 if [ -n "$deb" ]; then
   [ -f "$deb" ] || { echo "demo.sh: there is no package '$deb'" >&2; exit 2; }
-  sudo=(); [ "$(id -u)" -eq 0 ] || sudo=(sudo)
-  echo "\$ ${sudo[*]} apt-get install $deb"
-  "${sudo[@]}" apt-get install -y --no-install-recommends "$deb" >/dev/null
+  echo "\$ apt-get install $(printf %q "$deb")"
+  log=$(mktemp)
+  waymark_apt "$log" install -y --no-install-recommends "$deb"
+  rm -f "$log"
   exec waymark demo --images --laps "$laps" -o "$out/loop"
 fi
 
-# shellcheck source=tools/packages.sh
-source tools/packages.sh
 waymark_install "${WAYMARK_BUILD_PACKAGES[@]}"
 export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1
 mkdir -p build "$out"
@@ -53,27 +55,29 @@ cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph
 waymark=build/release/waymark/cli/waymark
 
 echo
-echo "1. \$ waymark demo --images --laps $laps -o $out/loop"
+echo "1. \$ waymark demo --images --laps $laps -o $quoted/loop"
 "$waymark" demo --images --laps "$laps" -o "$out/loop"
 echo
 echo "2. A photograph of tags, with blur and noise:  $out/photograph.png"
 build/release/examples/waymark_photograph "$out"
 echo
-echo "3. \$ waymark detect --annotate $out/annotated $out/photograph.png"
+echo "3. \$ waymark detect --annotate $quoted/annotated $quoted/photograph.png"
 "$waymark" detect --annotate "$out/annotated" "$out/photograph.png"
 echo
-echo "4. \$ waymark evaluate detections --truth $out/truth.csv $out/photograph.png"
+echo "4. \$ waymark evaluate detections --truth $quoted/truth.csv $quoted/photograph.png"
 "$waymark" evaluate detections --truth "$out/truth.csv" "$out/photograph.png"
 echo
-echo "5. \$ waymark tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o $out/sheet.pdf     (print this one on paper)"
-"$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o "$out/sheet.pdf"
-"$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 --dpi 300 -o "$out/sheet.png"
+echo "5. \$ waymark tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o $quoted/sheet.pdf     (print this one on paper)"
+# The folder sheet is made before the sheets: where it is, they are of an earlier run, and are replaced. Sheets of other origin are not.
+if [ ! -e "$out/sheet.pdf" ] && [ ! -e "$out/sheet.png" ]; then mkdir -p "$out/sheet"; fi
+replace=(); if [ -d "$out/sheet" ]; then replace=(--force); fi
+"$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 "${replace[@]}" -o "$out/sheet.pdf"
+"$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 --dpi 300 "${replace[@]}" -o "$out/sheet.png"
 echo
-mkdir -p "$out/sheet"
 build/release/examples/waymark_photograph_sheet "$out/sheet.png" "$out/sheet"
-echo "\$ waymark detect --camera $out/sheet/camera.yaml --tag-size-m 0.16 $out/sheet/sheet_photo.png"
+echo "\$ waymark detect --camera $quoted/sheet/camera.yaml --tag-size-m 0.16 $quoted/sheet/sheet_photo.png"
 "$waymark" detect --camera "$out/sheet/camera.yaml" --tag-size-m 0.16 --annotate "$out/annotated" "$out/sheet/sheet_photo.png"
 
 echo
-echo "Look at it: $out/loop/report.html, $out/annotated/, or in the browser: $waymark view $out/loop"
+echo "Look at it: $out/loop/report.html, $out/annotated/, or in the browser: $waymark view $quoted/loop"
 echo "The program:  export PATH=\"$PWD/build/release/waymark/cli:\$PATH\""

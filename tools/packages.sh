@@ -27,6 +27,24 @@ WAYMARK_WEB_PACKAGES=(emscripten)
 # shellcheck disable=SC2034  # whoever sources this
 WAYMARK_DEVICE_PACKAGES=(qemu-system-x86 busybox-static cpio kmod v4l-utils)
 
+# waymark_apt LOG WORD...: apt-get as root, its output in the file LOG. Another program may hold a lock of apt or dpkg (an update in the
+# background): it is waited for, ten minutes at most. DPkg::Lock::Timeout alone does not wait for the lock of `apt-get update`.
+waymark_apt() {
+  local log="$1" sudo=() began=$SECONDS announced=""
+  shift
+  [ "$(id -u)" -eq 0 ] || sudo=(sudo)
+  until "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive LC_ALL=C apt-get -o DPkg::Lock::Timeout=20 "$@" >"$log" 2>&1; do
+    if ! grep -q 'Could not get lock\|Unable to acquire the dpkg frontend lock\|Unable to lock' "$log" || [ $((SECONDS - began)) -ge 600 ]; then
+      tail -20 "$log" >&2
+      echo "apt-get $1 failed; the whole output is in $log" >&2
+      return 1
+    fi
+    [ -n "$announced" ] || echo "Another program is installing packages. Waiting until it has finished, for 10 minutes at most ..." >&2
+    announced=1
+    sleep 5
+  done
+}
+
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
 waymark_install() {
   if ! command -v dpkg-query >/dev/null; then
@@ -43,9 +61,8 @@ waymark_install() {
   done
   [ ${#missing[@]} -eq 0 ] && return 0
   echo "Installing ${#missing[@]} Debian packages: ${missing[*]}"
-  local sudo=()
   if [ "$(id -u)" -ne 0 ]; then
-    sudo=(sudo)
+    command -v sudo >/dev/null || { echo "Not root, and there is no sudo: run as root  apt-get install ${missing[*]}" >&2; return 1; }
     if [ -z "${CI:-}" ]; then
       [ -t 0 ] || { echo "Not root and no terminal to ask: run  sudo apt-get install ${missing[*]}" >&2; return 1; }
       read -r -p "Use sudo to install them? [y/N] " answer
@@ -54,12 +71,8 @@ waymark_install() {
   fi
   local log
   log=$(mktemp)
-  if ! { "${sudo[@]}" apt-get update && DEBIAN_FRONTEND=noninteractive \
-         "${sudo[@]}" apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
-    tail -20 "$log" >&2
-    echo "apt-get failed; the whole output is in $log" >&2
-    return 1
-  fi
+  waymark_apt "$log" update || return 1
+  waymark_apt "$log" install -y --no-install-recommends "${missing[@]}" || return 1
   rm -f "$log"
 }
 

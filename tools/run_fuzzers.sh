@@ -6,12 +6,13 @@ build="$1"; seconds="$2"
 corpora="$(cd "$(dirname "$0")/.." && pwd)/fuzz/corpus"
 
 fuzz() {  # fuzz PROGRAM SECONDS CORPORA
-  local name work
+  local name work seeds=()
   name=$(basename "$1" _fuzz)
   work=$(mktemp -d)
   mkdir -p "$work/corpus"
+  if [ -d "$3/$name" ]; then seeds=("$3/$name"); fi
   if ! "$1" -max_total_time="$2" -seed=1 -timeout=20 -rss_limit_mb=4096 -artifact_prefix="$work/" \
-      "$work/corpus" $([ -d "$3/$name" ] && echo "$3/$name") >"$work/log" 2>&1; then
+      "$work/corpus" "${seeds[@]}" >"$work/log" 2>&1; then
     tail -40 "$work/log"
     echo "$name found an input that breaks it; it is in $work" >&2
     return 1
