@@ -37,6 +37,8 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                       arm            core rooms built for 64-bit ARM, their unit tests under qemu-user (needs root)
                       arm-packages   Debian packages for 64-bit ARM: cross-built, installed in a clean Debian, the demo under qemu-user, removed (needs
                                      root)
+                      readme         README's two commands, twice, in a folder with spaces, as root (needs root)
+                      readme-user    the same as a new user without sudo (needs root)
                     A part that passed for the same sources is not run again: the result is kept in build/full/<tree>/
   --again           with --full: run also the parts that passed before
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
@@ -48,7 +50,7 @@ TXT
 }
 
 short_parts="tests,house,sanitizers,fuzzers,tidy"
-full_parts="tests,pose,map,localize,replay,python,site,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm,arm-packages"
+full_parts="tests,pose,map,localize,replay,python,site,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm,arm-packages,readme,readme-user"
 full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -168,6 +170,8 @@ full_part() {  # full_part NAME: one part of --full
     packages) full_packages ;;
     arm) tests/arm/test.sh ;;
     arm-packages) tests/arm/packages.sh ;;
+    readme) tests/readme/test.sh root ;;
+    readme-user) tests/readme/test.sh user ;;
   esac
 }
 

@@ -285,7 +285,7 @@ class Listens(Wire):
     def test_a_robot_is_localised_and_stays_with_its_remote_control(self):
         limo = Limo()
         chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
-        done = subprocess.run([PROGRAM, "localize", "--robot", f"process:{PROGRAM} limo robot {limo.path}", "--map", chart, "--duration-s", "2"],
+        done = subprocess.run([PROGRAM, "localize", "--robot", f"process:exec '{PROGRAM}' limo robot {limo.path}", "--map", chart, "--duration-s", "2"],
                               capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
         self.assertIn("LIMO is heard", done.stderr)
         self.assertEqual(limo.frames, [], done.stderr)

@@ -8,7 +8,7 @@ namespace waymark {
 namespace {
 
 TEST(WatchdogProgram, ItsHelpSucceedsAndIsStandardOutput) {
-  const std::string command = std::string(WAYMARK_WATCHDOG) + " --help";
+  const std::string command = "'" WAYMARK_WATCHDOG "' --help";
   std::FILE* out = popen(command.c_str(), "r");
   ASSERT_NE(out, nullptr);
   std::array<char, 200> line{};
