@@ -39,6 +39,7 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                                      root)
                       readme         README's two commands, twice, in a folder with spaces, as root (needs root)
                       readme-user    the same as a new user without sudo (needs root)
+                      ci             the commands of .github/workflows/ci.yml in a clean Debian (needs root)
                     A part that passed for the same sources is not run again: the result is kept in build/full/<tree>/
   --again           with --full: run also the parts that passed before
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
@@ -50,7 +51,7 @@ TXT
 }
 
 short_parts="tests,house,sanitizers,fuzzers,tidy"
-full_parts="tests,pose,map,localize,replay,python,site,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm,arm-packages,readme,readme-user"
+full_parts="tests,pose,map,localize,replay,python,site,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm,arm-packages,readme,readme-user,ci"
 full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -115,7 +116,7 @@ mkdir -p build
 source tools/packages.sh
 waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"
 command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is one already
-tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the test npm.recording skips"
+tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the tests npm.* skip"
 tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"
 
 # In their short form sanitizers and fuzzers share one build: what reads foreign bytes, and the fuzzers of pictures and YAML.
@@ -172,6 +173,7 @@ full_part() {  # full_part NAME: one part of --full
     arm-packages) tests/arm/packages.sh ;;
     readme) tests/readme/test.sh root ;;
     readme-user) tests/readme/test.sh user ;;
+    ci) tests/ci/test.sh ;;
   esac
 }
 

