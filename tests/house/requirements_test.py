@@ -2,14 +2,22 @@
 """No result of a test depends on which programs happen to be installed: what tests run is a package of tools/packages.sh, and a missing one fails.
 
 A test may skip for the reasons below only: it is long (WAYMARK_FULL), its recordings are not there (WAYMARK_DATA, WAYMARK_REQUIRE_DATA), npm could not
-reach its registry, or the kernel refuses what the test needs.
+reach its registry, or the kernel refuses what the test needs. Tests of modules that CMake builds where their libraries are found are not left out.
+
+usage: requirements_test.py BUILD_FOLDER
 """
 import pathlib
 import re
 import subprocess
+import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else sys.exit(__doc__)
+# By a package without which CMake leaves these tests out.
+MODULES = {"cyclonedds-dev": ("ros2.wire", "ros2.tools", "ros2.network", "ros2.security"), "liblcm-bin": ("mbot.wire",), "libignition-transport-dev": ("gazebo.wire",),
+           "libsdformat-dev": ("gazebo.world",)}
+PYTHON = {"pybind11-dev": ("python.rooms", "python.academy", "python.labs")}
 REASONS = re.compile(r"WAYMARK_FULL|WAYMARK_DATA|FULL, \"|\"WAYMARK_FULL\" in|LOG\.is_file|another lab was asked for|no validators|npm has not built|no small file system|geteuid|\bDATA,")
 SKIP = re.compile(r"(?:skipTest|skipUnless|skipIf|SkipTest)\([^\n]*")
 # What may look for programs by itself: the one place for tests, browsers under other names, the packages of --full=devices, and a test that hides all programs.
@@ -32,6 +40,16 @@ def wrong_skips(text):
     return [skip for skip in SKIP.findall(text) if not REASONS.search(skip)]
 
 
+def registered(build):
+    """The names of the tests that CMake has written for ctest."""
+    texts = [path.read_text() for path in build.rglob("CTestTestfile.cmake")]
+    return {name for text in texts for name in re.findall(r"^add_test\((?:\[=\[)?([\w.]+)", text, re.M)}
+
+
+def left_out(names, modules):
+    return {package: missing for package, tests in modules.items() if (missing := sorted(set(tests) - names))}
+
+
 class Requirements(unittest.TestCase):
     def test_a_test_skips_for_no_missing_program(self):
         found = {name: wrong_skips(text) for name, text in tests().items() if name != "tests/house/requirements_test.py"}
@@ -40,6 +58,15 @@ class Requirements(unittest.TestCase):
     def test_a_planted_skip_is_found(self):
         self.assertEqual(len(wrong_skips('    @unittest.skipUnless(shutil.which("ffmpeg"), "no ffmpeg")\n')), 1)
         self.assertEqual(len(wrong_skips('    self.skipTest("python3-yaml is not installed")\n')), 1)
+
+    def test_no_module_and_its_tests_are_left_out(self):
+        modules = dict(MODULES)
+        if not re.search(r"^WAYMARK_PYTHON:\w+=OFF$", (BUILD / "CMakeCache.txt").read_text(), re.M):
+            modules.update(PYTHON)
+        names = registered(BUILD)
+        self.assertEqual(left_out(names, modules), {}, "install these packages (./test.sh does), and run CMake again")
+        self.assertEqual(left_out(names - {"mbot.wire"}, modules), {"liblcm-bin": ["mbot.wire"]})
+        self.assertLessEqual(set(modules), packages())
 
     def test_programs_are_looked_for_in_one_place(self):
         self.assertEqual([name for name, text in tests().items() if "shutil.which(" in text and name not in LOOKS], [])
