@@ -12,10 +12,9 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 import unittest
 
-from harness import PROGRAM, waymark
+from harness import PROGRAM, event, waymark
 
 FX, FY, CX, CY, K1 = 505.0, 502.0, 322.0, 238.5, -0.12
 SIZE, SPACING, COLS, ROWS = 0.03, 0.3, 6, 5
@@ -184,7 +183,7 @@ class CalibrateRobot(unittest.TestCase):
         self.assertEqual(localized.code, 0, localized.err)
         running = subprocess.Popen([PROGRAM, *words[:-1], "stopped.yaml"], cwd=self.folder, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)
-        time.sleep(0.3)  # while it reads or searches, which takes longer
+        event.until_it_catches(running, signal.SIGINT)  # while it reads or searches, which takes longer
         running.send_signal(signal.SIGINT)
         _, words_said = running.communicate(timeout=60)
         self.assertEqual(running.returncode, 130, words_said)

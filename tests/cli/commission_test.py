@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-from harness import PROGRAM, InFolder, unittest
+from harness import PROGRAM, InFolder, event, unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROBOT = '''
@@ -66,13 +66,16 @@ class FirstDrive(InFolder):
         (self.folder / "orders.log").write_text("")
         driven = subprocess.Popen([PROGRAM, "run", *self.words, *words, "--anchor", "0", "--tag-size-m", "0.16", "--driver", "lines", "-o", "session"],
                                   cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(1)
+        words = event.Lines(driven.stderr)
+        words.wait_for("idle. 'go'")
         for line in ["go"] + ["drive 0.4 0.2"] * 10 + ["stop", "quit"]:
             driven.stdin.write(line + "\n")
             driven.stdin.flush()
             time.sleep(0.1)
-        _, said = driven.communicate(timeout=30)
-        return max(speed for speed, _, _ in self.orders()), said
+        driven.stdin.close()
+        driven.stdout.read()
+        driven.wait(30)
+        return max(speed for speed, _, _ in self.orders()), words.rest()
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: a minute")
     def test_the_whole_first_drive_and_the_limit_that_it_lifts(self):

@@ -8,7 +8,7 @@ import subprocess
 import threading
 import time
 
-from harness import PROGRAM, InFolder, rest_of, unittest
+from harness import PROGRAM, InFolder, event, rest_of, unittest
 
 MINUTES = 60 if os.environ.get("WAYMARK_FULL") else 3
 
@@ -86,7 +86,8 @@ class Session(InFolder):
             process.stdin.flush()
             time.sleep(wait_s)
 
-        time.sleep(1.5)
+        words = event.Lines(process.stderr)
+        words.wait_for("idle. 'go'")
         tell("drive 0.3 0")  # idle: refused, nothing moves
         tell("drvie 0.3 0")
         tell("stop")
@@ -95,7 +96,10 @@ class Session(InFolder):
             tell("drive 0.3 0.1", 0.2)
         tell("stop")  # the lap is dropped
         tell("quit", 0)
-        out, err = process.communicate(timeout=60)
+        process.stdin.close()
+        out = process.stdout.read()
+        process.wait(60)
+        err = words.rest()
         self.assertEqual(process.returncode, 0, err)
         self.assertIn("the robot stands already", err)
         self.assertIn("this line says nothing: 'drvie 0.3 0'. Known: go, stop, quit", err)

@@ -40,7 +40,6 @@ class Hostile(harness.InFolder):
         world.write_text(LINE, encoding="utf-8")
         process = subprocess.Popen([harness.PROGRAM, "run", "--world", world.name, "--driver", "scripted", "-o", "session"], cwd=self.folder,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        time.sleep(0.5)
         words = ""
         while "teaching" not in words and process.poll() is None:
             words += process.stderr.readline()
@@ -102,7 +101,8 @@ time.sleep(20)
         for ending in (signal.SIGINT, signal.SIGTERM):
             process = subprocess.Popen([harness.PROGRAM, "evaluate", "pipe", "pipe"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
             self.addCleanup(process.kill)
-            time.sleep(0.5)
+            harness.event.until_it_catches(process, ending)
+            time.sleep(0.5)  # it opens the pipe
             self.assertIsNone(process.poll(), "it waits for somebody who writes")
             process.send_signal(ending)
             words = process.communicate(timeout=20)[1]

@@ -15,7 +15,7 @@ import time
 import unittest
 
 import pictures
-from harness import PROGRAM, InFolder, rest_of
+from harness import PROGRAM, InFolder, event, rest_of
 
 
 class Usage(InFolder):
@@ -179,7 +179,8 @@ class PipesAndSignals(InFolder):
         before = termios.tcgetattr(terminal)
         stuck = subprocess.Popen([PROGRAM, "play", "--speed", "0", lap], stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                  start_new_session=True, preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))  # nobody reads
-        time.sleep(1)
+        event.until_it_catches(stuck, signal.SIGINT)
+        event.until_full(stuck.stdout)
         raw = termios.tcgetattr(terminal)
         raw[3] &= ~(termios.ECHO | termios.ICANON)  # as a driver with the keyboard does
         termios.tcsetattr(terminal, termios.TCSANOW, raw)

@@ -1,5 +1,10 @@
 """Waiting for what a test needs, with a deadline: a fixed pause is too short on a busy machine, and too long on any other."""
+import fcntl
+import pathlib
 import re
+import select
+import struct
+import termios
 import threading
 import time
 
@@ -12,6 +17,26 @@ def until(condition, what: str, seconds: float = 30):
             raise AssertionError(f"after {seconds:.0f} s: {what() if callable(what) else what}")
         time.sleep(0.01)
     return value
+
+
+def until_it_catches(process, number):
+    """Waits until a process handles a signal itself: before, the signal ends it."""
+    def handled():
+        caught = re.search(r"^SigCgt:\s*(\w+)$", pathlib.Path(f"/proc/{process.pid}/status").read_text(), re.M).group(1)
+        return int(caught, 16) >> (number - 1) & 1
+    until(handled, f"signal {number} is not handled")
+
+
+def until_full(pipe):
+    """Waits until whoever writes to a pipe that nobody reads has to wait: it is nearly full, and stays as it is for a while."""
+    def unread():
+        return struct.unpack("i", fcntl.ioctl(pipe, termios.FIONREAD, b"\0" * 4))[0]
+
+    def stuck():
+        before = unread()
+        time.sleep(0.3)
+        return unread() == before > fcntl.fcntl(pipe, fcntl.F_GETPIPE_SZ) - 2 * select.PIPE_BUF
+    until(stuck, lambda: f"{unread()} bytes in the pipe")
 
 
 class Lines:
