@@ -5,6 +5,7 @@ usage: academy_test.py     (PYTHONPATH names the package)
 """
 import contextlib
 import json
+import math
 import os
 import pathlib
 import signal
@@ -17,6 +18,11 @@ import unittest
 from waymark import academy
 
 FULL = "WAYMARK_FULL" in os.environ
+# resources/exercises/marker_visual_loc/apriltags_poses.yaml of JdeRobot/RoboticsInfrastructure: x, y, z [m], yaw [rad].
+PUBLISHED_TAGS = {
+    "tag_0": [1.75, -3.535, 0.8, -1.57079], "tag_1": [2.2, 2.835, 0.8, 1.57079], "tag_2": [5.935, -2.89, 0.8, 0], "tag_3": [3.17, -6.14, 0.8, -1.57079],
+    "tag_4": [-2.18, 1.5, 0.8, 3.14158], "tag_5": [4.59, -1.0, 0.8, 0], "tag_6": [-0.8, -2.85, 0.8, -1.57079], "tag_7": [1.98, -5.23, 0.8, 3.14158]}
+PUBLISHED_METHOD = pathlib.Path(__file__).with_name("academy_published_method.py").read_text()
 REFERENCE = (pathlib.Path(academy.__file__).parent / "nearest_tag.py").read_text()
 
 
@@ -44,12 +50,38 @@ class Exercise(unittest.TestCase):
         self.assertLess(self.reference["position_rmse_m"], 0.25)
         self.assertGreater(self.reference["driven_m"], 0.3)
 
+    def test_tags_are_where_the_published_file_has_them(self):
+        listing = "import yaml\nfor name, tag in yaml.safe_load(open('/resources/exercises/marker_visual_loc/apriltags_poses.yaml'))['tags'].items():\n"
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "tags.txt"
+            self.assertIsNone(scored(listing + f"    print(name, *tag['position'], file=open({str(out)!r}, 'a'))\n", 1)["error"])
+            rows = [line.split() for line in out.read_text().splitlines()]
+        found = {name: list(map(float, values)) for name, *values in rows}
+        self.assertEqual(found.keys(), PUBLISHED_TAGS.keys())
+        for name, (*place, yaw) in PUBLISHED_TAGS.items():
+            self.assertLess(math.dist(found[name][:3], place), 1e-4, name)
+            self.assertLess(abs(math.remainder(found[name][3] - yaw, 2 * math.pi)), 1e-4, name)
+
+    def test_a_solution_by_the_published_method_is_good(self):
+        """Anything else means that the exercise here is another one: signs, angles, places, names."""
+        for seed in (1, 2):
+            result = scored(PUBLISHED_METHOD, seed=seed)
+            self.assertIsNone(result["error"])
+            self.assertGreaterEqual(result["points"], 90, result)
+
+    def test_frequency_paces_a_loop(self):
+        count = "import Frequency, HAL, time\nfor _ in range(5):\n    {ask}Frequency.tick({rate})\nassert abs(time.time() - {s}) < 0.21, time.time()\n"
+        for ask, rate, s in (("", "2", 2.2), ("HAL.getImage(); ", "2", 2.2), ("HAL.getImage(); ", "", 1.0), ("", "ideal_rate=1000", 1.0)):  # pictures are 0.2 s apart
+            self.assertIsNone(scored(count.format(ask=ask, rate=rate, s=s), 5)["error"], (ask, rate))
+        for rate, word in (("0", "a rate above 0"), ("'fast'", "a number is needed"), ("-1", "a rate above 0")):
+            self.assertIn(word, scored(f"import Frequency\nFrequency.tick({rate})\n", 1)["error"])
+
     def test_same_file_same_score(self):
         self.assertEqual(scored(REFERENCE, 0.5), scored(REFERENCE, 0.5))
 
     @unittest.skipUnless(FULL, "takes long: WAYMARK_FULL")
     def test_wrong_solutions_get_fewer_points(self):
-        for right, wrong in (("math.tan(FIELD_OF_VIEW_RAD / 2)", "1"), ("np.linalg.inv(T) @", "T @"), ("[[-s, 0, -c, x]", "[[s, 0, c, x]"),
+        for right, wrong in (("math.tan(FIELD_OF_VIEW_RAD / 2)", "1"), ("np.linalg.inv(T) @", "T @"), ("[[s, 0, c, x", "[[-s, 0, -c, x"),
                              ("world_T_odom @ odom_T_robot\n        WebGUI", "odom_T_robot\n        WebGUI")):
             self.assertIn(right, REFERENCE)
             result = scored(REFERENCE.replace(right, wrong), 6)

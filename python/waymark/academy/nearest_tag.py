@@ -7,6 +7,7 @@ import random
 from pathlib import Path
 
 import cv2
+import Frequency
 import HAL
 import numpy as np
 import pyapriltags
@@ -14,6 +15,7 @@ import WebGUI
 import yaml
 
 TAG_SIZE_M = 0.24
+HALF_BOARD_M = 0.01
 FIELD_OF_VIEW_RAD = 1.02974  # of the robot's camera; the width of the picture as focal length is 13 % too much
 FAR_M = 3.0  # beyond this a tag must agree with odometry …
 JUMP_M = 0.4  # … within this
@@ -26,10 +28,10 @@ detector = pyapriltags.Detector(families="tag36h11")
 
 
 def world_T_tag(tag_id):
-    """Tag frame: x right, y down, z into the tag."""
+    """Tag frame: x right, y down, z into the tag. The file has the middle of the board, and the heading of a robot that looks straight at it."""
     x, y, z, yaw = tags[f"tag_{tag_id}"]["position"]
     c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([[-s, 0, -c, x], [c, 0, -s, y], [0, -1, 0, z], [0, 0, 0, 1]])
+    return np.array([[s, 0, c, x - HALF_BOARD_M * c], [-c, 0, s, y - HALF_BOARD_M * s], [0, -1, 0, z], [0, 0, 0, 1]])
 
 
 def cam_T_tag(corners, K):
@@ -99,3 +101,4 @@ while True:
         turning = False
     HAL.setV(0.0 if turning else 0.2)
     HAL.setW(turn if turning else random.uniform(-0.1, 0.1))
+    Frequency.tick()

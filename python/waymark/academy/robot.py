@@ -10,6 +10,7 @@ import types
 from .score import Picture
 
 TAG_FILE = "/resources/exercises/marker_visual_loc/apriltags_poses.yaml"
+HALF_BOARD_M = 0.01  # the boards of the world academy-house are 20 mm thick, and carry their tags on their faces
 POSE = "a sequence (x, y, yaw) in metres and radians"
 
 
@@ -58,6 +59,7 @@ class Robot:
         self.finished = False
         self._lock = threading.RLock()
         self._asked = set()
+        self._ticked_s = None  # the last Frequency.tick()
         self._command = (0.0, 0.0)
         self._image = self._odometry = None
         self._laser = None
@@ -163,23 +165,36 @@ class Robot:
             while self.now_s < end:
                 self._pass()
 
+    def tick(self, ideal_rate=50.0):
+        """Paces a loop: simulated time passes until 1 / ideal_rate [s] after the last call, if it has not passed already."""
+        rate_hz = _number(ideal_rate, "Frequency.tick")
+        if rate_hz <= 0:
+            raise ValueError(f"Frequency.tick was given {rate_hz}: a rate above 0 is needed")
+        with self._lock:
+            due_s = self.now_s if self._ticked_s is None else self._ticked_s + 1 / rate_hz
+            while self.now_s < due_s:
+                self._pass()
+            self._ticked_s = self.now_s
+
     def tags_yaml(self):
-        """The file of the exercise: x, y, z [m] and the direction [rad] from each tag to its reader, counted from map x."""
+        """The file of the exercise: x, y, z [m] of the middle of each tag's board, and the heading [rad] of a robot that looks straight at the
+        tag, counted from map x."""
         lines = ["tags:"]
         for name in self.world.tags:
             at = self.world.tags[name].map_T_tag
-            towards = at.rotation @ [0.0, 0.0, -1.0]
-            yaw = math.atan2(towards[1], towards[0])
-            x, y, z = at.translation
+            into = at.rotation @ [0.0, 0.0, 1.0]
+            yaw = math.atan2(into[1], into[0])
+            x, y, z = at.translation + HALF_BOARD_M * into
             lines += [f"  tag_{name.split(':')[1]}:", f"    position: [{x:.6f}, {y:.6f}, {z:.6f}, {yaw:.6f}]"]
         return "\n".join(lines) + "\n"
 
     def modules(self):
-        """The modules HAL and WebGUI of the exercise."""
+        """The modules HAL, WebGUI and Frequency of the exercise."""
         hal = self._module("HAL", "The robot of the exercise: its sensors and motors. Time passes when a sensor is asked again.",
                            (self.getImage, self.getOdom, self.getLaserData, self.setV, self.setW))
         gui = self._module("WebGUI", "The page of the exercise: what the solution shows.", (self.showEstimatedPose, self.showImage))
-        return {"HAL": hal, "WebGUI": gui, "GUI": gui}
+        frequency = self._module("Frequency", "The pace of a loop.", (self.tick,))
+        return {"HAL": hal, "WebGUI": gui, "GUI": gui, "Frequency": frequency}
 
     def _module(self, name, about, methods):
         module = types.ModuleType(name, about)

@@ -59,7 +59,7 @@ def _clock(robot):
 
 @contextlib.contextmanager
 def installed(robot, tag_file):
-    """While a solution runs: HAL, WebGUI, the clock, the file of tags, and seeds; all is put back afterwards."""
+    """While a solution runs: HAL, WebGUI, Frequency, the clock, the file of tags, and seeds; all is put back afterwards."""
     modules = {**robot.modules(), "time": _clock(robot)}
     if importlib.util.find_spec("pyapriltags") is None:
         modules["pyapriltags"] = _pyapriltags()
