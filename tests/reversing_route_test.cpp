@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "replay_course.hpp"
+#include "waymark/config/route_file.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
+#include "waymark/replay/route_builder.hpp"
 
 namespace waymark::replay_course {
 namespace {
@@ -68,10 +70,54 @@ MappedLap map(const SimulatedSetup& setup, const Taught& taught) {
   return map_lap(taught.data, taught_with).value();
 }
 
+Route through_file(const Route& route) {
+  auto read = parse_route(to_yaml(route), "route.yaml");
+  EXPECT_TRUE(read) << to_string(read.error());
+  return read ? *std::move(read) : route;
+}
+
 double least_distance_m(const Trajectory& way, const Eigen::Vector3d& place) {
   double least = 1e9;
   for (const StampedPose& pose : way) least = std::min(least, (pose.map_T_base.translation() - place).norm());
   return least;
+}
+
+/// Legs of 0.4 to 1.6 m, each in the other direction than the one before, with noise; between two legs the
+/// robot stands and, if `turns`, turns on the spot.
+Trajectory random_legs(Random& random, bool turns) {
+  constexpr double kStep_m = 0.01;
+  Trajectory driven;
+  SE2 map_T_base(0, 0, random.uniform(-3, 3));
+  const auto add = [&] {
+    const SE2 noise(random.normal(0, 0.002), random.normal(0, 0.002), random.normal(0, 0.005));
+    const Duration at(static_cast<std::int64_t>(driven.size()) * 33'000'000);
+    driven.push_back({SensorTime(at), lift(map_T_base * noise)});
+  };
+  double sign = random.uniform(0, 1) < 0.5 ? 1 : -1;
+  for (int leg = 0; leg < 4; ++leg, sign = -sign) {
+    const double bend = random.uniform(-1.5, 1.5);
+    const int steps = static_cast<int>(random.uniform(40, 160));
+    for (int i = 0; i < steps; ++i, add())
+      map_T_base = map_T_base * SE2::exp({sign * kStep_m, 0, sign * kStep_m * bend});
+    for (int i = 0; i < 10; ++i) add();
+    const double turn = turns ? random.uniform(-2, 2) : 0;
+    for (int i = 0; i < 20 && turns; ++i, add()) map_T_base = map_T_base * SE2(0, 0, turn / 20);
+  }
+  return driven;
+}
+
+TEST(ReversingRoute, WhatIsBuiltFromAnyLegsIsReadFromItsFile) {
+  Random random(7);
+  int turning_points = 0;
+  for (int i = 0; i < 300; ++i) {
+    const auto route = build_route(random_legs(random, i % 2 == 1));
+    ASSERT_TRUE(route) << i;
+    const auto read = parse_route(to_yaml(*route), "route.yaml");
+    ASSERT_TRUE(read) << i << ": " << to_string(read.error());
+    for (std::size_t k = 1; k < read->points.size(); ++k)
+      if ((read->points[k - 1].speed_m_s < 0) != (read->points[k].speed_m_s < 0)) ++turning_points;
+  }
+  EXPECT_GE(turning_points, 800) << "of 900";
 }
 
 class Reversing : public ::testing::TestWithParam<const char*> {};
@@ -80,7 +126,8 @@ INSTANTIATE_TEST_SUITE_P(Robots, Reversing, ::testing::Values("limo", "limo-acke
 TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
   const Course course = circuit24(GetParam());
   const Taught taught = teach(setup_of(course, 21));
-  const MappedLap mapped = map(setup_of(course, 21), taught);
+  MappedLap mapped = map(setup_of(course, 21), taught);
+  mapped.route = through_file(mapped.route);  // as `waymark map` writes it and `waymark replay` reads it
   std::vector<double> cusps_m;
   for (std::size_t i = 1; i < mapped.route.points.size(); ++i) {
     const RoutePoint& a = mapped.route.points[i - 1];

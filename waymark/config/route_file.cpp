@@ -89,17 +89,32 @@ Status check_spacing(const YamlCursor& points, const Route& route) {
   return {};
 }
 
-/// A speed that is negative drives backwards, against the heading: the next point has to lie behind.
+/// Whether the displacement, in the frame of a robot that reverses, leads forwards.
+bool leads_forwards(const Eigen::Vector2d& displacement) {
+  constexpr double kNoDirection_m = 0.005;
+  return displacement.norm() >= kNoDirection_m && displacement.x() >= 0.5 * displacement.norm();
+}
+
+/// The speed of a point is that of the segment that ends there (route_progress.cpp), and a negative one
+/// drives backwards: the point before lies ahead of it. No segment of an open route ends at its first point,
+/// which has the speed of the segment that begins there.
 Status check_directions(const YamlCursor& points, const Route& route) {
-  for (std::size_t i = 1; i < route.points.size(); ++i) {
-    const RoutePoint& before = route.points[i - 1];
-    const Eigen::Vector2d way = (before.map_T_base.inverse() * route.points[i].map_T_base).translation();
-    if (!(before.speed_m_s < 0) || way.x() < 0.5 * way.norm() || way.norm() < 0.005) continue;
+  constexpr const char* kMeaning =
+      "The speed of a point is that of the segment that ends there: negative if the robot reverses to it.";
+  const std::size_t count = route.points.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const RoutePoint& point = route.points[i];
+    if (!(point.speed_m_s < 0)) continue;
+    const bool begins = i == 0 && !route.closed;
+    const SE2& other = route.points[begins ? 1 : (i + count - 1) % count].map_T_base;
+    const Eigen::Vector2d apart = (point.map_T_base.inverse() * other).translation();
+    if (!leads_forwards(begins ? apart : Eigen::Vector2d(-apart))) continue;
     return points.fail_here(
         ErrorCode::InvalidArgument,
-        fmt::format("the speed of point {} (at {:.2f} m) is {:g} m/s, but the next point lies ahead of it",
-                    i - 1, before.arc_length_m, before.speed_m_s),
-        "A negative speed drives backwards; where the next point lies ahead, the speed is positive.");
+        fmt::format("the speed of point {} (at {:.2f} m) is {:g} m/s, but the point {} lies {} it", i,
+                    point.arc_length_m, point.speed_m_s, begins ? "after" : "before",
+                    begins ? "ahead of" : "behind"),
+        kMeaning);
   }
   return {};
 }

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
@@ -133,10 +134,56 @@ TEST(RouteFile, ASpeedAgainstThePointsIsRefused) {
   for (RoutePoint& point : route.points) point.speed_m_s = -0.3;
   const auto wrong = parse_route(to_yaml(route), "r.yaml");
   ASSERT_FALSE(wrong);
-  EXPECT_NE(to_string(wrong.error()).find("is -0.3 m/s, but the next point lies ahead of it"),
-            std::string::npos);
+  EXPECT_NE(
+      to_string(wrong.error()).find("point 0 (at 0.00 m) is -0.3 m/s, but the point after lies ahead of it"),
+      std::string::npos);
   for (int i = 0; i < 9; ++i) route.points[static_cast<std::size_t>(i)].map_T_base = SE2(-0.05 * i, 0, 0);
   EXPECT_TRUE(parse_route(to_yaml(route), "r.yaml")) << "backwards on purpose";
+}
+
+/// Forwards to 0.5 m, backwards to 0.2 m, forwards to 0.8 m: a point has the speed with which it is reached.
+Route with_turning_points() {
+  Route route;
+  const auto add = [&](double x_m, double speed_m_s) {
+    const double arc_m = route.points.empty() ? 0 : route.points.back().arc_length_m + 0.05;
+    route.points.push_back({.map_T_base = SE2(x_m, 0, 0), .arc_length_m = arc_m, .speed_m_s = speed_m_s});
+  };
+  for (int i = 0; i <= 10; ++i) add(0.05 * i, 0.3);
+  for (int i = 9; i >= 4; --i) add(0.05 * i, -0.2);
+  for (int i = 5; i <= 16; ++i) add(0.05 * i, 0.3);
+  route.length_m = route.points.back().arc_length_m;
+  return route;
+}
+
+TEST(RouteFile, ATurningPointHasTheSpeedOfTheLegThatEndsThere) {
+  const Route route = with_turning_points();
+  const auto back = parse_route(to_yaml(route), "r.yaml");
+  ASSERT_TRUE(back) << to_string(back.error());
+  for (std::size_t i = 0; i < route.points.size(); ++i)
+    EXPECT_EQ(back->points[i].speed_m_s, route.points[i].speed_m_s) << i;
+}
+
+TEST(RouteFile, AnySinglePointThatReversesAgainstItsSegmentIsRefused) {
+  const Route right = with_turning_points();
+  for (std::size_t i = 0; i < right.points.size(); ++i) {
+    if (right.points[i].speed_m_s < 0) continue;
+    Route wrong = right;
+    wrong.points[i].speed_m_s *= -1;
+    EXPECT_NE(error_of(to_yaml(wrong)).find(fmt::format("the speed of point {} ", i)), std::string::npos)
+        << i;
+  }
+}
+
+TEST(RouteFile, TheFirstPointOfAClosedRouteEndsItsClosingSegment) {
+  Route route = some_route(true);
+  for (std::size_t i = 0; i < route.points.size(); ++i) {  // looks along the circle
+    const Eigen::Vector2d& map_p = route.points[i].map_T_base.translation();
+    route.points[i].map_T_base =
+        SE2(map_p.x(), map_p.y(), std::atan2(map_p.y(), map_p.x()) + std::numbers::pi / 2);
+  }
+  EXPECT_EQ(error_of(to_yaml(route)), "none");
+  route.points.front().speed_m_s *= -1;
+  EXPECT_NE(error_of(to_yaml(route)).find("the speed of point 0 "), std::string::npos);
 }
 
 TEST(RouteFile, ARouteOfAnotherMapIsRefused) {
