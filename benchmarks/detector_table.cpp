@@ -57,7 +57,7 @@ Peer peer_of(std::string name, Result<std::unique_ptr<Detector>> made) {
 Peer refined_peer_of(std::string name, Result<std::unique_ptr<Detector>> made) {
   const auto finder = std::make_shared<TagFinder>(make_tag_finder(std::move(made).value()).value());
   return {std::move(name),
-          [finder](const Image& image) { return find_tags(image, *finder).value().detections; }};
+          [finder](const Image& image) { return find_tags(image, *finder, nullptr).value().detections; }};
 }
 
 /// libapriltag with its own settings but for what is named.

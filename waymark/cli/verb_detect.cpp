@@ -87,9 +87,10 @@ Examples:
   waymark detect v4l2:/dev/video0,size=1280x720 --view --camera camera.yaml --tag-size-m 0.16
   waymark detect v4l2:/dev/video0 v4l2:/dev/video2 --json
 
-With --camera and --tag-size-m each tag gets its pose in the camera (x right, y down, z forward) with standard
-deviations. A tag seen nearly from the front has two poses that fit almost equally: both are printed, the better
-first, and the ratio of their errors says how sure that is (near 1: not at all).
+With --camera and --tag-size-m corners are refined with the lens of the camera, and each tag gets its pose in the
+camera (x right, y down, z forward) with standard deviations. A tag seen nearly from the front has two poses that
+fit almost equally: both are printed, the better first, and the ratio of their errors says how sure that is (near 1:
+not at all).
 )",
       .prepare = prepared(detect)};
 }

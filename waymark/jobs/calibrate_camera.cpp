@@ -72,10 +72,11 @@ class PictureChoice {
   Result<SeenPictures> read(const TagFinder& finder) {
     inputs_ = find_inputs(job_.sources, job_.recursive);
     video_ = inputs_.size();
-    const DetectSummary summary = detect_all(
-        inputs_, finder, control_, [&](std::size_t index, PictureReport& report, const ImageView& image) {
-          return take(index, report, image);
-        });
+    const DetectSummary summary =
+        detect_all(inputs_, finder, nullptr, control_,
+                   [&](std::size_t index, PictureReport& report, const ImageView& image) {
+                     return take(index, report, image);
+                   });
     end_video();
     if (!fits_) return tl::unexpected(fits_.error());
     if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");

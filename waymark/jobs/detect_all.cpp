@@ -6,14 +6,30 @@
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_file.hpp"
+#include "waymark/jobs/camera_description.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/recording/log_formats.hpp"
 
 namespace waymark {
 namespace {
 
+/// Finds the tags of the picture that the report is of. A lens of another picture size is not applied.
+void find_in(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
+             PictureReport& report) {
+  const bool fits = camera != nullptr && check_picture_size(*camera, image.width, image.height);
+  auto found = find_tags(image, finder, fits ? camera : nullptr);
+  if (!found) {
+    report.error = found.error();
+    report.error->place.source = report.image;
+    return;
+  }
+  report.detected = true;
+  report.detections = std::move(found->detections);
+  report.refinements = std::move(found->refinements);
+}
+
 /// Reads the picture and finds its tags; what fails is in the report.
-Image process(const Input& input, const TagFinder& finder, PictureReport& report) {
+Image process(const Input& input, const TagFinder& finder, const CameraModel* camera, PictureReport& report) {
   report.image = input.path;
   report.error = input.error;
   if (report.error) return {};
@@ -24,15 +40,7 @@ Image process(const Input& input, const TagFinder& finder, PictureReport& report
   }
   report.width_px = image->width();
   report.height_px = image->height();
-  auto found = find_tags(*image, finder);
-  if (!found) {
-    report.error = found.error();
-    report.error->place.source = input.path;
-    return std::move(*image);
-  }
-  report.detected = true;
-  report.detections = std::move(found->detections);
-  report.refinements = std::move(found->refinements);
+  find_in(*image, finder, camera, report);
   return std::move(*image);
 }
 
@@ -47,20 +55,12 @@ std::string name_of_picture(const std::string& path, SensorTime stamp) {
 }
 
 PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
-                        const TagFinder& finder) {
+                        const TagFinder& finder, const CameraModel* camera) {
   PictureReport report{.image = name_of_picture(path, stamp),
                        .stamp = stamp,
                        .width_px = image.width,
                        .height_px = image.height};
-  auto found = find_tags(image, finder);
-  if (!found) {
-    report.error = found.error();
-    report.error->place.source = report.image;
-    return report;
-  }
-  report.detected = true;
-  report.detections = std::move(found->detections);
-  report.refinements = std::move(found->refinements);
+  find_in(image, finder, camera, report);
   return report;
 }
 
@@ -80,8 +80,8 @@ void fail_with(Error error, const std::string& path, const JobControl& control, 
 
 }  // namespace internal
 
-DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const JobControl& control,
-                         const EachPicture& each) {
+DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const CameraModel* camera,
+                         const JobControl& control, const EachPicture& each) {
   DetectSummary summary;
   bool going = true;
   for (std::size_t i = 0; i < inputs.size() && going; ++i) {
@@ -92,15 +92,15 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     }
     control.progress({inputs[i].path, i, inputs.size()});
     if (!inputs[i].error && looks_like_recording(inputs[i].path)) {
-      going = detect_recording(i, inputs[i].path, finder, control, each, summary);
+      going = detect_recording(i, inputs[i].path, finder, camera, control, each, summary);
       continue;
     }
     if (!inputs[i].error && looks_like_video(inputs[i].path)) {
-      going = detect_video(i, inputs[i].path, finder, control, each, summary);
+      going = detect_video(i, inputs[i].path, finder, camera, control, each, summary);
       continue;
     }
     PictureReport report;
-    const Image image = process(inputs[i], finder, report);
+    const Image image = process(inputs[i], finder, camera, report);
     going = each(i, report, image);
     internal::count(report, control, summary);
   }

@@ -109,7 +109,8 @@ Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& fin
     }
     return each(report, poses);
   };
-  DetectSummary summary = detect_all(inputs, finder, control, on_picture);
+  DetectSummary summary =
+      detect_all(inputs, finder, job.poses ? &job.poses->camera : nullptr, control, on_picture);
   summary.annotations_failed = annotations->failed;
   const Status closed = annotations->video ? annotations->video->close() : Status();
   if (!closed) {

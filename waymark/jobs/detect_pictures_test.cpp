@@ -16,7 +16,9 @@
 #include "waymark/jobs/calibrate_camera.hpp"
 #include "waymark/jobs/evaluate_detections.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/visibility.hpp"
+#include "waymark/simulation/photograph.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark {
@@ -88,6 +90,72 @@ TEST_F(DetectPictures, ThePoseIsThatOfThePicture) {
   EXPECT_NEAR(json["detections"][0]["pose"]["cam_t_tag_m"][2].get<double>(), 0.16 * focal_px / 80, 0.01);
 }
 
+/// Tags in a row from the middle of the image to its edge, through a lens with barrel distortion.
+class DetectThroughALens : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    PhotographScene scene;
+    for (int i = 0; i < 4; ++i)
+      scene.tags.push_back({{FamilyId::Tag36h11, i},
+                            SE3(SO3::exp({0.2, -0.1 * i, 0.3 * i}), {-0.36 + 0.24 * i, 0.11 - 0.06 * i, 0.5}),
+                            0.12});
+    Random random(5);
+    Photograph picture = photograph(lens_, scene, {.background = "flat"}, random).value();
+    ASSERT_TRUE(write_image(folder_ / "tags.png", picture.image));
+    auto recorder = SampleRecorder::open(std::move(*create_file(folder_ / "tags.mcap")));
+    ASSERT_TRUE(recorder);
+    ASSERT_TRUE(recorder->add(
+        CameraFrame{.stamp = SensorTime(std::chrono::seconds(1)), .image = std::move(picture.image)}));
+    ASSERT_TRUE(recorder->close());
+    truth_ = std::move(picture.tags);
+  }
+
+  /// Root mean square distance of the detected corners from the true ones.
+  double rms_px(const std::string& name, const std::optional<PoseSetup>& poses) {
+    double sum = 0;
+    int corners = 0;
+    const DetectJob job{.sources = {(folder_ / name).string()}, .poses = poses};
+    const auto summary = detect_pictures(job, finder_, {}, [&](const PictureReport& report, const PoseList&) {
+      for (const TagDetection& seen : report.detections) {
+        for (std::size_t k = 0; k < 4; ++k, ++corners)
+          sum += (seen.corners_px[k] - truth_.at(static_cast<std::size_t>(seen.tag.number)).corners_px[k])
+                     .squaredNorm();
+      }
+      return true;
+    });
+    EXPECT_TRUE(summary);
+    EXPECT_EQ(corners, 16);
+    return std::sqrt(sum / corners);
+  }
+
+  CameraModel lens_ =
+      CameraModel::make(
+          PinholeRadtan{
+              .fx = 620, .fy = 620, .cx = 640, .cy = 360, .k = {-0.24, 0.05, 0, 0}, .coefficients = 4},
+          1280, 720)
+          .value();
+  PoseSetup poses_{lens_, {.default_size_m = 0.12}};
+  fs::path folder_ = testing::fresh_folder("jobs_detect_lens");
+  TagFinder finder_ = usual_finder();
+  std::vector<TagTruth> truth_{};
+};
+
+TEST_F(DetectThroughALens, CornersAreRefinedWithTheLensThatIsGiven) {
+  for (const char* const name : {"tags.png", "tags.mcap"}) {
+    const double with_px = rms_px(name, poses_);
+    const double without_px = rms_px(name, std::nullopt);
+    std::printf("%s: corners %.4f px from the truth with the lens, %.4f px without\n", name, with_px,
+                without_px);
+    EXPECT_LT(with_px, 0.05) << name;
+    EXPECT_LT(3 * with_px, without_px) << name;
+  }
+}
+
+TEST_F(DetectThroughALens, ALensOfAnotherImageSizeIsNotApplied) {
+  const PoseSetup half{scaled_camera(lens_, 640, 360).value(), poses_.sizes};
+  EXPECT_EQ(rms_px("tags.png", half), rms_px("tags.png", std::nullopt));
+}
+
 TEST_F(DetectPictures, OriginalsAreNotWrittenOver) {
   const DetectJob job{.sources = {at("tag.png")}, .annotate_folder = folder_.string()};
   const auto summary =
@@ -105,11 +173,11 @@ TEST_F(DetectPictures, CancellingAndEnoughEndBetweenTwoPictures) {
       return go_on;
     };
   };
-  EXPECT_FALSE(detect_all(inputs, finder_, {}, count(false)).stopped);
+  EXPECT_FALSE(detect_all(inputs, finder_, nullptr, {}, count(false)).stopped);
   EXPECT_EQ(pictures, 1) << "who has seen enough gets no more";
   JobControl control;
   control.cancelled = [&] { return pictures >= 2; };
-  EXPECT_TRUE(detect_all(inputs, finder_, control, count(true)).stopped);
+  EXPECT_TRUE(detect_all(inputs, finder_, nullptr, control, count(true)).stopped);
   EXPECT_EQ(pictures, 2);
 }
 

@@ -20,7 +20,8 @@ LogSelection pictures_of(const MessageLog& log) {
 }  // namespace
 
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
-                      const JobControl& control, const EachPicture& each, DetectSummary& summary) {
+                      const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                      DetectSummary& summary) {
   const Result<std::unique_ptr<MessageLog>> log = open_log(path, control.log_options());
   if (!log) {
     internal::fail_with(log.error(), path, control, summary);
@@ -39,7 +40,7 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
   const Status status = (*log)->visit_samples(pictures, [&](const Sample& sample) -> Status {
     const auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr) return {};
-    PictureReport report = internal::report_on(path, frame->stamp, frame->image, finder);
+    PictureReport report = internal::report_on(path, frame->stamp, frame->image, finder, camera);
     going = each(index, report, frame->image);
     internal::count(report, control, summary);
     control.progress({fmt::format("{}, {} tags", report.image, report.detections.size())});

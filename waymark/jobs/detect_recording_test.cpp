@@ -52,7 +52,7 @@ class DetectRecording : public ::testing::Test {
       seen_.push_back(report);
       return static_cast<int>(seen_.size()) < most;
     };
-    return detect_all(find_inputs({file_.string()}, false), finder_, control, each);
+    return detect_all(find_inputs({file_.string()}, false), finder_, nullptr, control, each);
   }
   fs::path file_ = testing::fresh_folder("jobs_detect_recording") / "lap.mcap";
   TagFinder finder_ = plain_finder();

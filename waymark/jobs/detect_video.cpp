@@ -20,7 +20,8 @@ void report_problems(const std::string& path, const VideoReader& reader, const J
 }  // namespace
 
 bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
-                  const JobControl& control, const EachPicture& each, DetectSummary& summary) {
+                  const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                  DetectSummary& summary) {
   Result<VideoReader> reader = VideoReader::open(path);
   if (!reader) {
     PictureReport report{.image = path, .error = reader.error()};
@@ -32,7 +33,7 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
     const Result<std::optional<VideoFrame>> frame = reader->next();
     if (!frame) internal::fail_with(frame.error(), path, control, summary);
     if (!frame || !*frame) break;
-    PictureReport report = internal::report_on(path, (*frame)->stamp, (*frame)->luma, finder);
+    PictureReport report = internal::report_on(path, (*frame)->stamp, (*frame)->luma, finder, camera);
     going = each(index, report, (*frame)->luma);
     internal::count(report, control, summary);
     control.progress({fmt::format("{} {:.0f} %, {} tags", report.image, 100 * reader->progress(),

@@ -21,7 +21,7 @@ struct Reports {
 
 Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const JobControl& control) {
   Reports all;
-  all.summary = detect_all(find_inputs(job.sources, job.recursive), finder, control,
+  all.summary = detect_all(find_inputs(job.sources, job.recursive), finder, nullptr, control,
                            [&](std::size_t, PictureReport& report, const ImageView&) {
                              all.reports.push_back(report);
                              return true;

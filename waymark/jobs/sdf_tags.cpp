@@ -61,7 +61,7 @@ Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder
   const Result<Image> picture = read_image(file);
   if (!picture) return tl::unexpected(picture.error());
   const Framed large = framed(*picture);
-  const Result<FoundTags> found = find_tags(large.image, finder);
+  const Result<FoundTags> found = find_tags(large.image, finder, nullptr);
   if (!found) return tl::unexpected(found.error());
   std::vector<TextureTag> tags;
   for (const TagDetection& detection : found->detections) {

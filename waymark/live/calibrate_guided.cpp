@@ -97,7 +97,7 @@ Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobCont
   Teller teller(guided, control);
   const TagFinder nothing = no_tags();
   const DetectSummary summary = detect_all(
-      find_inputs(run.job.sources, run.job.recursive), nothing, control,
+      find_inputs(run.job.sources, run.job.recursive), nothing, nullptr, control,
       [&](std::size_t index, const PictureReport& report, const ImageView& image) {
         if (!report.detected) return true;
         const auto taken = guided.take(report.stamp.value_or(SensorTime(std::chrono::seconds(index))), image);

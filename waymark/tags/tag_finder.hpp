@@ -41,10 +41,12 @@ struct FoundTags {
 
 /// Finds the tags in a picture and refines their corners, which then have a covariance; where the fit is not
 /// usable they stay as they were, with the covariance of unrefined_sigma_px. None is dropped: what is a tag
-/// is the detector's business. With `camera`, edges are bent as its distortion bends straight lines. Safe to
-/// call from several threads where the detector is.
+/// is the detector's business. `camera` is the lens of this image, of its size: edges are bent as its
+/// distortion bends straight lines. It has no default, because corners of a known lens that are refined
+/// without it are biased; null where the lens is unknown. Safe to call from several threads where the
+/// detector is.
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
-                                          const CameraModel* camera = nullptr);
+                                          const CameraModel* camera);
 
 /// The same for the pictures of one camera, one after the other: where the finder says so, or tags are
 /// expected, they are read where they should be (tag_tracker.hpp).
@@ -53,8 +55,9 @@ class TagSequence {
   /// `finder` outlives it.
   explicit TagSequence(const TagFinder& finder) : finder_(&finder) {}
 
-  /// The tags of the next picture. `expected`: where tags should be, from a pose and a map.
-  [[nodiscard]] Result<FoundTags> find(const ImageView& image, const CameraModel* camera = nullptr,
+  /// The tags of the next picture; `camera` as of find_tags(). `expected`: where tags should be, from a pose
+  /// and a map.
+  [[nodiscard]] Result<FoundTags> find(const ImageView& image, const CameraModel* camera,
                                        std::span<const ExpectedTag> expected = {});
 
  private:

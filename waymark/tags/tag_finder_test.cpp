@@ -40,7 +40,7 @@ TEST(TagFinder, RefinesWhatIsFound) {
   const auto finder = make_tag_finder(
       std::make_unique<ScriptedDetector>(std::vector{detection_at(print, 0.2, random), elsewhere}));
   ASSERT_TRUE(finder);
-  const auto found = find_tags(image, *finder);
+  const auto found = find_tags(image, *finder, nullptr);
   ASSERT_TRUE(found);
   ASSERT_EQ(found->detections.size(), 2U);
   const TagDetection& first = found->detections[0];
@@ -60,7 +60,7 @@ TEST(TagFinder, KeepsTheDetectorsCornersWhereNoneAreToBeRefined) {
   Random random(20);
   const TagDetection seen = detection_at(print, 0.2, random);
   const TagFinder finder{.detector = std::make_unique<ScriptedDetector>(std::vector{seen})};
-  const auto found = find_tags(render(print), finder);
+  const auto found = find_tags(render(print), finder, nullptr);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->detections.at(0).corners_px, seen.corners_px);
   EXPECT_FALSE(found->detections[0].corner_covariance_px2);
@@ -71,7 +71,7 @@ TEST(TagFinder, PassesErrorsOnAndChecksItsOptions) {
   const auto failing = make_tag_finder(
       std::make_unique<ScriptedDetector>(fail(ErrorCode::LimitExceeded, "the image is too large")));
   ASSERT_TRUE(failing);
-  const auto found = find_tags(Image(8, 8), *failing);
+  const auto found = find_tags(Image(8, 8), *failing, nullptr);
   ASSERT_FALSE(found);
   EXPECT_EQ(found.error().code, ErrorCode::LimitExceeded);
 

@@ -244,7 +244,7 @@ TEST(TagSequence, TracksWhereTheFinderSaysSo) {
     for (int step = 0; step < 3; ++step) {
       detector.pixels = 0;
       const Image image = picture(step);
-      const FoundTags found = sequence.find(image).value();
+      const FoundTags found = sequence.find(image, nullptr).value();
       EXPECT_EQ(found.detections.size(), 3U);
       EXPECT_EQ(found.refinements.size(), 3U);
       EXPECT_EQ(detector.pixels >= 640 * 480, !tracking || step == 0) << step;
