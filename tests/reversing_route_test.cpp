@@ -89,7 +89,7 @@ Trajectory random_legs(Random& random, bool turns) {
   Trajectory driven;
   SE2 map_T_base(0, 0, random.uniform(-3, 3));
   const auto add = [&] {
-    const SE2 noise(random.normal(0, 0.002), random.normal(0, 0.002), random.normal(0, 0.005));
+    const SE2 noise{random.normal(0, 0.002), random.normal(0, 0.002), random.normal(0, 0.005)};
     const Duration at(static_cast<std::int64_t>(driven.size()) * 33'000'000);
     driven.push_back({SensorTime(at), lift(map_T_base * noise)});
   };

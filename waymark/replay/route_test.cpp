@@ -21,8 +21,8 @@ Trajectory noisy_lap(double sigma_m, double turns) {
   Random random(1);
   Trajectory trajectory;
   const auto add = [&](double angle) {
-    const SE2 pose(2 * std::cos(angle) + sigma_m * random.normal(),
-                   2 * std::sin(angle) + sigma_m * random.normal(), angle + kPi / 2);
+    const SE2 pose{2 * std::cos(angle) + sigma_m * random.normal(),
+                   2 * std::sin(angle) + sigma_m * random.normal(), angle + kPi / 2};
     trajectory.push_back(
         {SensorTime(Duration(static_cast<std::int64_t>(trajectory.size()) * 33'000'000)), lift(pose)});
   };
