@@ -35,7 +35,7 @@ Verb world_new_verb() {
       .help =
           R"(Puts upright tags beside the line, as few as it takes for the camera to see two of them from everywhere, none
 nearer to the hull than --clearance-m (measured in space), and says how well that went. A line that comes back
-to its beginning is a lap.
+to its beginning is a lap, and what repeats it is cut off; if it goes on elsewhere, it is kept whole.
 
 Exit code: 0 a world was written, 1 the line could not be read or no tag placed, 2 wrong usage.
 

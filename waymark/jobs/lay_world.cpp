@@ -16,14 +16,15 @@
 #include "waymark/config/world_file.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/recording/message_log.hpp"
+#include "waymark/replay/lap_closing.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 24U;
-constexpr double kPointEvery = 0.15;   // m, of the line that is kept
-constexpr double kClosedWithin = 0.6;  // m, from its end to its beginning
-constexpr double kShortestLoop = 2;    // m
+constexpr double kPointEvery_m = 0.15;  // of the line that is kept
+/// A drawn line may begin at a corner of its loop, so its end may come from aside, but not from ahead.
+constexpr LapClosing kClosing{.distance_m = 0.6, .angle_rad = 2.2};
 
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells(1);
@@ -94,24 +95,34 @@ Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path
   return truth.empty() ? odometry : truth;
 }
 
-/// A line a driver can follow: points some way apart, and whether it is a loop (its overlap cut off).
-World line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
-  World world{.name = name, .path_closed = false};
-  double driven = 0;
-  for (const Eigen::Vector2d& point : points) {
-    if (!world.path_m.empty()) {
-      const double step = (point - world.path_m.back()).norm();
-      if (step < kPointEvery) continue;
-      driven += step;
-    }
-    const bool again = driven > kShortestLoop && (point - world.path_m.front()).norm() < kClosedWithin;
-    if (again) {
-      world.path_closed = true;
-      break;
-    }
-    world.path_m.push_back(point);
-  }
-  return world;
+/// Points at least kPointEvery_m apart.
+std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points) {
+  std::vector<Eigen::Vector2d> kept;
+  for (const Eigen::Vector2d& point : points)
+    if (kept.empty() || (point - kept.back()).norm() >= kPointEvery_m) kept.push_back(point);
+  return kept;
+}
+
+struct LaidLine {
+  World world{};
+  double repeated_m = 0;  ///< of the line, cut off because it repeats the loop
+};
+
+/// A line that a driver can follow, and whether it is a loop. What repeats the loop is cut off, as of a
+/// route.
+LaidLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
+  constexpr double kStep_m = 0.05;
+  LaidLine line{.world = {.name = name, .path_closed = false}};
+  std::vector<Eigen::Vector2d>& path_m = line.world.path_m;
+  path_m = thinned(points);
+  const EvenLine even = even_steps(path_m, kStep_m);
+  const auto loop = points_of_first_loop(even.points, kStep_m, kClosing);
+  if (!loop) return line;
+  line.world.path_closed = true;
+  line.repeated_m = kStep_m * static_cast<double>(even.points.size() - *loop);
+  path_m.resize(even.sources[*loop]);  // the closing point lies on the segment to this one, or at it
+  if (path_m.size() > 3 && (path_m.back() - path_m.front()).norm() < kPointEvery_m / 2) path_m.pop_back();
+  return line;
 }
 
 }  // namespace
@@ -128,11 +139,14 @@ Result<World> read_line(const std::string& path, const JobControl& control) {
   if (too_large)
     return fail(ErrorCode::LimitExceeded, "the line goes farther than 500 m from its start", {.source = path},
                 "Coordinates are in metres: are these millimetres?");
-  World world = line_of(name, *points);
-  if (world.path_m.size() < 3)
+  LaidLine line = line_of(name, *points);
+  if (line.world.path_m.size() < 3)
     return fail(ErrorCode::InvalidArgument, "no line of three points or more that are 0.15 m apart",
                 {.source = path});
-  return world;
+  if (line.repeated_m > kUsualOverlap_m)
+    control.note(fmt::format("{}: the last {:.2f} m of the line repeat its loop and are left out", path,
+                             line.repeated_m));
+  return std::move(line.world);
 }
 
 Status check_new_world(const std::string& output) {

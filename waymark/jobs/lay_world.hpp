@@ -49,10 +49,11 @@ struct LayWorldReport {
   WorldCheck check{};
 };
 
-/// The line of such a file alone: its points some way apart, and whether it is a loop.
+/// The line of such a file alone: its points some way apart, and whether it is a loop. What repeats the loop
+/// is cut off, with a note.
 [[nodiscard]] Result<World> read_line(const std::string& path, const JobControl& control);
 
-/// A line that comes back to its beginning is a lap, of which what overlaps is left out.
+/// A line that comes back to its beginning is a lap, unless it goes on elsewhere (points_of_first_loop()).
 [[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
 [[nodiscard]] std::string to_text(const LayWorldReport& report, const std::string& file);
 [[nodiscard]] nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file);

@@ -1,5 +1,7 @@
 #include "waymark/jobs/lay_world.hpp"
 
+#include <numbers>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,6 +65,67 @@ TEST_F(LayWorld, WhatIsNoLineIsSaidWithItsPlace) {
   ASSERT_FALSE(millimetres);
   EXPECT_THAT(millimetres.error().hint, HasSubstr("millimetres"));
   EXPECT_FALSE(fs::exists(output_)) << "nothing is written then";
+}
+
+/// Points 0.1 m apart along a path of unit circles and segments: 'u' leads ahead, 'l' and
+/// 'r' to the left and right.
+std::string table_of(const std::vector<std::pair<char, double>>& parts) {
+  std::string table = "x,y\n";
+  SE2 at;
+  for (const auto& [kind, length_m] : parts) {
+    const double curvature_1_m = kind == 'l' ? 1 : (kind == 'r' ? -1 : 0);
+    const int steps = static_cast<int>(std::lround(length_m / 0.1));
+    for (int i = 0; i < steps; ++i) {
+      table += fmt::format("{:.4f},{:.4f}\n", at.x(), at.y());
+      at = at * SE2::exp({length_m / steps, 0, curvature_1_m * length_m / steps});
+    }
+  }
+  return table + fmt::format("{:.4f},{:.4f}\n", at.x(), at.y());
+}
+
+World line_of_table(const fs::path& file, const std::string& table, const JobControl& control = {}) {
+  EXPECT_TRUE(write_text_file(file, table));
+  const auto world = read_line(file.string(), control);
+  EXPECT_TRUE(world) << to_string(world.error());
+  return world ? *world : World();
+}
+
+double length_of(const World& world) {
+  return sample_path(world.path_m, world.path_closed, 0.02).back().arc_length_m;
+}
+
+TEST_F(LayWorld, ALineIsCutOnlyWhereItRepeatsItsLoop) {
+  const fs::path file = folder_ / "line.csv";
+  const double half_m = std::numbers::pi;
+  const std::vector<std::pair<char, double>> left{{'u', 4}, {'l', half_m}, {'u', 4}, {'l', half_m}};
+  const std::vector<std::pair<char, double>> right{{'u', 4}, {'r', half_m}, {'u', 4}, {'r', half_m}};
+  const double loop_m = 8 + 2 * half_m;
+  auto parts = left;
+  parts.insert(parts.end(), right.begin(), right.end());
+  World line = line_of_table(file, table_of(parts));
+  EXPECT_TRUE(line.path_closed);
+  EXPECT_NEAR(length_of(line), 2 * loop_m, 0.3) << "two loops";
+
+  parts = left;
+  parts.insert(parts.end(), left.begin(), left.end());
+  JobControl control;
+  control.note = [this](const std::string& words) { notes_.push_back(words); };
+  line = line_of_table(file, table_of(parts), control);
+  EXPECT_TRUE(line.path_closed);
+  EXPECT_NEAR(length_of(line), loop_m, 0.3) << "one loop, driven twice";
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("m of the line repeat its loop and are left out")));
+
+  line = line_of_table(file, table_of({{'u', 5}, {'l', half_m}, {'u', 7}}));
+  EXPECT_FALSE(line.path_closed) << "there and back";
+  EXPECT_NEAR(length_of(line), 12 + half_m, 0.3);
+}
+
+TEST_F(LayWorld, ADrawnPolygonMayBeginAtACorner) {
+  const World square = line_of_table(folder_ / "line.csv", "0,0\n3,0\n3,3\n0,3\n0,0\n");
+  EXPECT_TRUE(square.path_closed);
+  EXPECT_EQ(square.path_m.size(), 4U);
+  EXPECT_FALSE(line_of_table(folder_ / "line.csv", "0,0\n3,0\n3,3\n3,0\n0,0\n").path_closed)
+      << "there and back";
 }
 
 TEST_F(LayWorld, ADriveThatComesBackIsALap) {

@@ -243,6 +243,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
       {"frames_without_pose", lap.frames_without_pose},
       {"route_length_m", lap.route.length_m},
       {"route_closed", lap.route.closed},
+      {"route_repeated_m", lap.route_repeated_m},
       {"tag_rmse_m", number(report.tag_errors, &TagMapErrors::rmse_m)},
       {"tag_max_m", number(report.tag_errors, &TagMapErrors::max_m)},
       {"tag_orientation_rmse_deg", number(report.tag_errors, &TagMapErrors::orientation_rmse_deg)},

@@ -5,6 +5,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/counted.hpp"
 #include "waymark/jobs/map_text.hpp"
+#include "waymark/replay/lap_closing.hpp"
 
 namespace waymark {
 namespace {
@@ -18,6 +19,13 @@ std::string gyro_in_words(const BundleFigures& b) {
   return fmt::format("the gyro is missing from {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
 }
 
+/// How much of the lap the route does not hold, if that is more than the usual overlap.
+std::string repetition_in_words(const MappedLap& lap) {
+  if (lap.route_repeated_m <= kUsualOverlap_m) return {};
+  return fmt::format("the last {:.2f} m of the lap repeat the route and are not part of it\n",
+                     lap.route_repeated_m);
+}
+
 }  // namespace
 
 std::string to_text(const MapReport& report, const std::string& folder) {
@@ -25,6 +33,7 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   std::string text = fmt::format("{}: {} tags from {} frames by method {}; {} route of {:.2f} m\n", folder,
                                  lap.map.tags.size(), lap.frames, report.method,
                                  lap.route.closed ? "closed" : "open", lap.route.length_m);
+  text += repetition_in_words(lap);
   if (report.tag_errors) {
     const TagMapErrors& e = *report.tag_errors;
     text += fmt::format(

@@ -220,8 +220,9 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   if (const std::string words = lean_in_words(given, *lap->map.find(setup.anchor)); !words.empty())
     lap->warnings.push_back(words);
   if (options.method == MapMethod::Chain) lap->map.floor = driven_floor(lap->trajectory);
-  Result<Route> route = build_route(along_the_floor(*lap), options.route);
+  Result<BuiltRoute> route = build_route(along_the_floor(*lap), options.route);
   if (!route) return tl::unexpected(route.error());
+  lap->route_repeated_m = route->repeated_m;
   lap->route = std::move(*route);
   lap->frames = static_cast<int>(taught.frames.size());
   warn_of_gaps(*lap);

@@ -66,6 +66,7 @@ struct MappedLap {
   /// Of each pose of the trajectory, left tangent in map; empty: not known.
   std::vector<Matrix6> trajectory_covariance{};
   Route route{};
+  double route_repeated_m = 0;  ///< of the lap, not in the route because it repeats the route
   int frames = 0;
   int frames_without_pose = 0;
   std::vector<std::string> warnings{};  ///< what is missing or doubtful, in words

@@ -182,8 +182,9 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
     }
     result.lap.trajectory_covariance.push_back(P);
   }
-  Result<Route> route = build_route(result.lap.trajectory, options.route);
+  Result<BuiltRoute> route = build_route(result.lap.trajectory, options.route);
   if (!route) return tl::unexpected(route.error());
+  result.lap.route_repeated_m = route->repeated_m;
   result.lap.route = std::move(*route);
   result.lap.frames = static_cast<int>(points->frames.size());
   if (!result.lap.route.closed)

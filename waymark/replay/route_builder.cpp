@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "waymark/geometry/planar.hpp"
+#include "waymark/replay/lap_closing.hpp"
 #include "waymark/replay/line_smoothing.hpp"
 
 namespace waymark {
@@ -17,56 +18,12 @@ namespace {
 
 using internal::Line;
 
-double angle_between(double from, double to) { return std::remainder(to - from, 2 * std::numbers::pi); }
-
-/// Points at even arc length. Jitter shorter than a step is not distance driven: a point counts once it is a
-/// step away.
-Line resample(const Line& points, double step_m) {
-  Line even;
-  for (const auto& point : points) {
-    if (even.empty()) even.push_back(point);
-    while ((point - even.back()).norm() >= step_m) {
-      even.emplace_back(even.back() + (point - even.back()).normalized() * step_m);
-    }
-  }
-  return even;
-}
-
 double heading(const Line& line, std::size_t i, bool closed) {
   const std::size_t n = line.size();
   const std::size_t before = i > 0 ? i - 1 : (closed ? n - 1 : 0);
   const std::size_t after = i + 1 < n ? i + 1 : (closed ? 0 : n - 1);
   const Eigen::Vector2d d = line[after] - line[before];
   return std::atan2(d.y(), d.x());
-}
-
-/// The direction driven about a point, over a stretch that the noise of single points does not turn.
-double direction(const Line& line, std::size_t i, double step_m) {
-  constexpr double kReachMetres = 0.25;
-  const auto reach = static_cast<std::size_t>(std::max(1L, std::lround(kReachMetres / step_m)));
-  const Eigen::Vector2d d = line[std::min(i + reach, line.size() - 1)] - line[i - std::min(i, reach)];
-  return std::atan2(d.y(), d.x());
-}
-
-/// Where the lap is back at its start: the index behind the last point of the loop, or nothing.
-std::optional<std::size_t> closing_point(const Line& line, const RouteOptions& options) {
-  const double start_heading = direction(line, 0, options.step_m);
-  bool left = false;
-  std::optional<std::size_t> best;
-  double best_distance = options.closing_distance_m;
-  for (std::size_t i = 1; i < line.size(); ++i) {
-    const double distance = (line[i] - line[0]).norm();
-    left = left || distance > 2 * options.closing_distance_m;
-    if (!left) continue;
-    if (best && distance > options.closing_distance_m) break;  // past the first return
-    const bool same_way = std::abs(angle_between(start_heading, direction(line, i, options.step_m))) <
-                          options.closing_angle_rad;
-    if (same_way && distance < best_distance) {
-      best = i;
-      best_distance = distance;
-    }
-  }
-  return best;
 }
 
 Eigen::Vector2d sideways_gap(const Line& line) {
@@ -173,23 +130,25 @@ void append(Route& route, const Line& line, bool closed, double signed_speed_m_s
 
 }  // namespace
 
-Result<Route> build_route(const Trajectory& trajectory, const RouteOptions& options) {
+Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions& options) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   const std::vector<Leg> legs = legs_of(trajectory);
-  Route route;
+  const LapClosing closing{options.closing_distance_m, options.closing_angle_rad};
+  BuiltRoute route;
   double driven_m = 0;
   for (const Leg& leg : legs) {
-    Line line = resample(leg.driven, options.step_m);
+    Line line = even_steps(leg.driven, options.step_m).points;
     driven_m += static_cast<double>(line.size()) * options.step_m;
     if (line.size() < 3) continue;
     line = average_onto(line, leg.driven);
-    const auto closing = legs.size() == 1 ? closing_point(line, options) : std::nullopt;
-    if (closing) {
-      const std::size_t overlap = line.size() - *closing;
-      line.resize(*closing);
+    const auto loop = legs.size() == 1 ? points_of_first_loop(line, options.step_m, closing) : std::nullopt;
+    if (loop) {
+      const std::size_t overlap = line.size() - *loop;
+      route.repeated_m = static_cast<double>(overlap) * options.step_m;
+      line.resize(*loop);
       close_gap(line, options.step_m, overlap);
     }
-    route.closed = closing.has_value();
+    route.closed = loop.has_value();
     line = internal::smooth_line(line, route.closed, options.step_m, options.smoothing_m,
                                  options.max_curvature_1_m);
     // A leg begins where the one before ended: that point is there already.

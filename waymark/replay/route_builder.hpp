@@ -33,10 +33,15 @@ struct RouteOptions {
   }
 };
 
+struct BuiltRoute : Route {
+  double repeated_m = 0;  ///< driven beyond the closing point and cut off, because it repeats the route
+};
+
 /// The route a trajectory drove, on the floor: even steps of arc length, smoothed, closed where the lap came
-/// back to its start (what was driven beyond that point is cut off). Where the robot reversed, the speed
-/// changes its sign; such a route stays open. Standing still adds nothing. Fails on a trajectory shorter than
-/// half a metre. O(poses).
-[[nodiscard]] Result<Route> build_route(const Trajectory& trajectory, const RouteOptions& options = {});
+/// back to its start and the rest repeats it (lap_closing.hpp; the rest is cut off). A rest that leads
+/// elsewhere is part of the route. Where the robot reversed, the speed changes its sign; such a route stays
+/// open. Standing still adds nothing. Fails on a trajectory shorter than half a metre. O(poses) per return to
+/// the start.
+[[nodiscard]] Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions& options = {});
 
 }  // namespace waymark
