@@ -7,14 +7,14 @@ usage: flags_test.py PROGRAM [unittest options]
 """
 import functools
 import os
-import pathlib
 import re
 import unittest
 
 from harness import InFolder, waymark
+from laps import LAP_OF_SQUARE, made
 
 FULL = bool(os.environ.get("WAYMARK_FULL"))
-LAP = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/lap.mcap"
+LAP = made(*LAP_OF_SQUARE) / "lap.mcap"
 MOST = 20  # flags that --help shows
 
 # What each verb with option structs needs before it looks at them.

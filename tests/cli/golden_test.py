@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """Files that released versions wrote are read by this one, and the JSON of its verbs keeps their keys (tests/golden/README.md).
 
-usage: golden_test.py PROGRAM [unittest options]
+usage: golden_test.py PROGRAM [unittest options]; exit code 77: no version has been released yet
 """
 import json
 import pathlib
 import shutil
+import sys
 import unittest
 
 from harness import InFolder
@@ -28,9 +29,6 @@ def lost(old, new, place=""):
 class Golden(InFolder):
     def test_the_comparison_finds_what_is_lost(self):
         self.assertEqual(lost({"a": [{"b": 1}], "c": "x", "d": 1}, {"a": [{"b": "1"}], "d": 2.5}), [".a[0].b: int became str", ".c"])
-
-    def test_every_version_is_there(self):
-        self.assertTrue(VERSIONS, "no folder in tests/golden")
 
     def test_recordings_and_maps_of_released_versions(self):
         for version in VERSIONS:
@@ -61,4 +59,5 @@ class Golden(InFolder):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    outcome = unittest.main(exit=False).result
+    sys.exit(1 if not outcome.wasSuccessful() else 0 if VERSIONS else 77)

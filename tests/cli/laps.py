@@ -1,11 +1,12 @@
 """What the tests of several verbs begin with: a recorded lap, and what their summaries hold."""
-import atexit
-import functools
 import pathlib
 import shutil
-import tempfile
+import sys
 
-from harness import InFolder, waymark
+from harness import PROGRAM, InFolder
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import made as support  # noqa: E402
 
 MAP_KEYS = {"method", "tags", "frames", "tag_rmse_m", "tag_max_m", "tag_orientation_rmse_deg", "trajectory_rmse_m", "wall_s",
             "peak_rss_mib", "warnings"}
@@ -13,16 +14,12 @@ REPLAY_KEYS = {"laps_completed", "cross_track_rmse_m", "cross_track_p95_m", "cro
                "min_clearance_m", "two_tags_fraction", "stops", "wall_s"}
 
 
-@functools.cache
+LAP_OF_SQUARE, MAP_OF_SQUARE = support.LAP_OF_SQUARE, support.MAP_OF_SQUARE
+
+
 def made(*verbs):
-    """A folder in which these command lines were run, once for all tests of a file: the same lap has the same bytes (map_test.py)."""
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-made-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    if len(verbs) > 1:
-        shutil.copytree(made(*verbs[:-1]), folder, dirs_exist_ok=True)
-    outcome = waymark(*verbs[-1].split(), cwd=folder)
-    assert outcome.code == 0, outcome.err
-    return folder
+    """A folder, only to be read, in which these command lines of the tested program were run."""
+    return support.made(PROGRAM, *verbs)
 
 
 class WithLap(InFolder):

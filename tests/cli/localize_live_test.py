@@ -5,6 +5,7 @@ usage: localize_live_test.py PROGRAM [unittest options]
 """
 import json
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import sys
 import pictures
 from fake_camera import FakeCamera
 from harness import PROGRAM, InFolder, program, rest_of, unittest
+from laps import MAP_OF_SQUARE, made
 
 # A simulated robot that drives a circle whoever asks; what it is told on standard input is kept.
 DRIVEN = """
@@ -100,8 +102,7 @@ class Refused(InFolder):
 
     def test_a_robot_that_waits_for_its_commands(self):
         robot = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep"
-        golden = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
-        outcome = self.run_here("localize", "--robot", robot, "--map", golden, "-o", "none.mcap")
+        outcome = self.run_here("localize", "--robot", robot, "--map", made(*MAP_OF_SQUARE) / "map", "-o", "none.mcap")
         self.assertEqual(outcome.code, 1, outcome.err)
         self.assertIn("waits for its commands (lockstep)", outcome.err)
         self.assertFalse((self.folder / "none.mcap").exists(), "what stays empty does not stand in the way")

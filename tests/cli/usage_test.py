@@ -6,7 +6,6 @@ usage: usage_test.py PROGRAM [unittest options]
 import fcntl
 import json
 import os
-import pathlib
 import re
 import signal
 import subprocess
@@ -16,6 +15,7 @@ import unittest
 
 import pictures
 from harness import PROGRAM, InFolder, event, rest_of
+from laps import LAP_OF_SQUARE, made
 
 
 class Usage(InFolder):
@@ -174,7 +174,7 @@ class PipesAndSignals(InFolder):
         self.assertIn(f"stopped after {len(records)} of {self.COPIES} inputs", words)
 
     def test_the_second_ctrl_c_ends_it_at_once_and_leaves_the_terminal_as_it_was(self):
-        lap = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/lap.mcap"
+        lap = made(*LAP_OF_SQUARE) / "lap.mcap"
         master, terminal = os.openpty()
         before = termios.tcgetattr(terminal)
         stuck = subprocess.Popen([PROGRAM, "play", "--speed", "0", lap], stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

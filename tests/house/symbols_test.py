@@ -2,7 +2,7 @@
 """Functions that a released version offered to other programs are still there: tests/golden/VERSION/symbols.txt, for versions with the same
 minor number, between which a program need not change (cmake/Package.cmake: SameMinorVersion).
 
-usage: symbols_test.py BUILD_FOLDER
+usage: symbols_test.py BUILD_FOLDER; exit code 77: no version has been released yet
 """
 import pathlib
 import re
@@ -22,6 +22,9 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     assert missing(["a(int)", "b()"], ["b()", "c()"]) == ["a(int)"], "the comparison finds nothing"
+    if not any(path.is_dir() for path in (ROOT / "tests/golden").iterdir()):
+        print("tests/golden holds no released version")
+        sys.exit(77)
     minor = re.search(r"project\(Waymark VERSION ([0-9]+\.[0-9]+)\.", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")).group(1)
     folders = sorted((ROOT / "tests/golden").glob(f"{minor}.*/symbols.txt"))
     if not folders:

@@ -21,6 +21,7 @@ from limo_wire import MODE, Limo
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import wire_driver
+from made import MAP_OF_SQUARE, made
 
 PROGRAM = sys.argv[1]
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
@@ -284,7 +285,7 @@ class Listens(Wire):
 
     def test_a_robot_is_localised_and_stays_with_its_remote_control(self):
         limo = Limo()
-        chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
+        chart = made(PROGRAM, *MAP_OF_SQUARE) / "map"
         done = subprocess.run([PROGRAM, "localize", "--robot", f"process:exec '{PROGRAM}' limo robot {limo.path}", "--map", chart, "--duration-s", "2"],
                               capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
         self.assertIn("LIMO is heard", done.stderr)

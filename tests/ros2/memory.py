@@ -14,7 +14,9 @@ import time
 
 from wire_peer import environment
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from made import MAP_OF_SQUARE, made
+
 MOST_MB_H = 1
 
 
@@ -48,7 +50,7 @@ def main():
         profile.write_text("robot: limo\nimu_topic: /imu\nsimulated: true\n", encoding="utf-8")
         there = environment(1 + os.getpid() % 199)
         robot = subprocess.Popen([peer, "flood", str(seconds + 30)], env=there)
-        run = subprocess.Popen([program, "localize", "--robot", f"ros2:{profile}", "--map", str(ROOT / "tests/golden/0.1.0/map"), "--publish-ros2",
+        run = subprocess.Popen([program, "localize", "--robot", f"ros2:{profile}", "--map", str(made(program, *MAP_OF_SQUARE) / "map"), "--publish-ros2",
                                 "--duration-s", str(seconds + 20), "--every-s", "60"], env=there)
         time.sleep(5)
         began, seen = time.monotonic(), {pid: [] for pid in family(run.pid)}

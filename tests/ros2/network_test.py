@@ -17,6 +17,7 @@ from wire_peer import MULTICAST
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
 import wire_driver
+from made import MAP_OF_SQUARE, made
 
 LOSSY = sys.argv[3]
 
@@ -44,7 +45,7 @@ class Pictures(Wire):
     @LONG
     def test_damaged_ones_are_left_out(self):
         self.start(PEER, "compressed", 30, self.JPEG)
-        done = self.run_program("localize", "--robot", "ros2:limo", "--map", ROOT / "tests/golden/0.1.0/map", "--duration-s", 4)
+        done = self.run_program("localize", "--robot", "ros2:limo", "--map", made(PROGRAM, *MAP_OF_SQUARE) / "map", "--duration-s", 4)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertRegex(done.stderr, "pictures could not be read and were left out")
         self.assertIn("not known", done.stdout)

@@ -20,6 +20,7 @@ from wire_case import COMMAND, LONG, PEER, PROGRAM, Lines, Wire, lines_of, until
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import wire_driver
+from made import MAP_OF_SQUARE, made
 
 
 def command_of(line):
@@ -283,7 +284,7 @@ class Simulated(Wire):
     def test_a_robot_is_localised_for_others(self):
         """Somebody else may drive it; the peer hears pose, map to odom, and the phase."""
         self.simulated(1)
-        chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
+        chart = made(PROGRAM, *MAP_OF_SQUARE) / "map"
         watcher = self.start(PEER, "watch", 10)
         speakers = [self.start(PEER, "pose", 20, *where) for where in (("odom", 0, 0, 0), ("map", 0.5, 0.25, 0.5))]
         shown = self.run_program("localize", "--robot", "ros2:limo-sim-tags", "--robot-file", "mbot", "--map", chart, "--publish-ros2",
@@ -306,7 +307,7 @@ class Simulated(Wire):
     def test_a_pose_that_is_given_stops_a_replay_until_it_is_resumed(self):
         """RViz's pose estimate, half a metre off, where two tags are in view: a second after it began to move."""
         self.simulated(7)
-        chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
+        chart = made(PROGRAM, *MAP_OF_SQUARE) / "map"
         listener = self.start(PEER, "listen", 60)
         self.assertEqual(listener.stdout.readline(), "listening\n")
         commands = []

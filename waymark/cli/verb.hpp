@@ -62,7 +62,6 @@ template <class Args>
 [[nodiscard]] Verb plot_verb();
 [[nodiscard]] Verb info_verb();
 [[nodiscard]] Verb convert_verb();
-[[nodiscard]] Verb migrate_verb();
 [[nodiscard]] Verb play_verb();
 [[nodiscard]] Verb view_verb();
 [[nodiscard]] Verb recover_verb();
