@@ -6,7 +6,7 @@ that is not to be run is fenced as ```text. All blocks of one document run in or
 photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Commands may start with
   waymark …             run in the scratch folder
   ./… or tools/…        run in the repository; ./test.sh and ./demo.sh alone are known: continuous integration runs them itself
-  mkdir ls cat head     run in the scratch folder
+  mkdir ls cat head python3     run in the scratch folder
 A block below "<!-- file: NAME -->" is written into the scratch folder under this name before the commands of the document run.
 A document with "<!-- camera: NAME.png -->" has a camera /dev/video0 that shows the picture (tests/fake_v4l2).
 A command that is meant to fail ends with "# exit N". `waymark view` and what has --view serve until Ctrl-C: they get one once
@@ -33,7 +33,7 @@ CAMERA = re.compile(r"^<!-- camera: photograph.png -->$", re.M)
 FENCE = re.compile(r"^( *)```(sh|bash|console)[ \t]*\n(.*?)^\1```[ \t]*$", re.M | re.S)
 RUN_BY_CI = {"./test.sh", "./demo.sh", "./test.sh --full", "./test.sh --quick"}
 IN_REPOSITORY = ("./", "tools/")
-IN_SCRATCH = ("waymark", "mkdir", "ls", "cat", "head")
+IN_SCRATCH = ("waymark", "mkdir", "ls", "cat", "head", "python3")
 SECONDS = 120
 
 

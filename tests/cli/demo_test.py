@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`waymark demo` and `experiment` as a user meets them.
+"""`waymark demo` as a user meets it.
 
 usage: demo_test.py PROGRAM [unittest options]
 """
@@ -10,37 +10,6 @@ from harness import InFolder
 from laps import MAP_KEYS, REPLAY_KEYS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-
-class Experiment(InFolder):
-    def test_a_grid_is_driven(self):
-        (self.folder / "dark.yaml").write_text("faults: [{fault: camera_lost, at_s: 5}]")
-        (self.folder / "grid.yaml").write_text("{faults: [none, dark.yaml], speeds_m_s: [0.5], seeds: [1]}")
-        outcome = self.run_here("experiment", "grid.yaml", "-o", "out", "--json")
-        self.assertEqual(outcome.code, 1)
-        good, dark = outcome.records[0]["cells"]
-        self.assertEqual((good["runs"], good["completed"], good["endings"]), (1, 1, []))
-        self.assertLess(good["cross_track_rmse_median_m"], 0.03)
-        self.assertEqual(dark["completed"], 0)
-        self.assertRegex(dark["endings"][0], "the newest picture is|without an accepted tag")
-        self.assertTrue((self.folder / "out/experiment.json").exists())
-        again = self.run_here("experiment", "grid.yaml", "-o", "out")
-        self.assertEqual(again.code, 1)
-        self.assertIn("an experiment was written here already. Give another folder", again.err)
-        (self.folder / "grid.yaml").write_text("{seed: [1]}")
-        outcome = self.run_here("experiment", "grid.yaml")
-        self.assertEqual(outcome.code, 2)
-        self.assertIn("Did you mean 'seeds'?", outcome.err)
-        for grid, words in (("{seeds: []}", "grid.yaml (seeds): an empty list"),
-                            ("", "the grid is empty"), ("seeds: [1, 1]", "seed 1 is named twice"),
-                            ("{controllers: [folower]}", "Did you mean 'follower'?"),
-                            ("{speeds_m_s: [0]}", "0 is outside (0, 5]"),
-                            ("{worlds: [circuit42]}", "circuit42")):
-            (self.folder / "grid.yaml").write_text(grid)
-            outcome = self.run_here("experiment", "grid.yaml", "-o", "none")
-            self.assertEqual(outcome.code, 2, outcome.err)
-            self.assertIn(words, outcome.err)
-            self.assertFalse((self.folder / "none").exists(), "nothing was driven")
 
 
 class Demo(InFolder):

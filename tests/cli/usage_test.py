@@ -77,7 +77,7 @@ class Usage(InFolder):
                             ("map none.mcap -o m --world none.yaml", 2), ("map convert none x.yaml", 1), ("replay none --world circuit24", 1),
                             ("replay none --world none.yaml", 2), ("replay none --world circuit24 --calibration none.yaml", 1),
                             ("replay none --world circuit24 --faults none.yaml", 2), ("replay none --world circuit24 --config none.yaml", 2),
-                            ("routes none", 1), ("optimize none", 1), ("optimize none --weights none.yaml", 2), ("experiment none.yaml", 2),
+                            ("routes none", 1), ("optimize none", 1), ("optimize none --weights none.yaml", 2),
                             ("run --world circuit24 --driver scripted -o s --map none", 1), ("explore --map none", 1),
                             ("simulate --like none.mcap -o x.mcap", 1), ("world check none.yaml", 2), ("world new --path none.csv -o x.yaml", 1),
                             ("world orbit none.yaml", 2), ("teach --world circuit24 -o x --robot-file none.yaml", 2)):

@@ -56,7 +56,6 @@ template <class Args>
 [[nodiscard]] Verb replay_verb();
 [[nodiscard]] Verb routes_verb();
 [[nodiscard]] Verb optimize_verb();
-[[nodiscard]] Verb experiment_verb();
 [[nodiscard]] Verb localize_verb();
 [[nodiscard]] Verb report_verb();
 [[nodiscard]] Verb plot_verb();

@@ -9,7 +9,6 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/jobs/experiment_summary.hpp"
 #include "waymark/jobs/judge_world.hpp"
 #include "waymark/jobs/profile_table.hpp"
 #include "waymark/simulation/path.hpp"
@@ -221,25 +220,6 @@ TEST(NewWorld, IsNotWrittenOverAFile) {
   EXPECT_THAT(to_string(check_new_world((folder / "a.yaml").string()).error()),
               HasSubstr("a.yaml: the file exists. Choose another name, or remove it."));
   EXPECT_FALSE(check_new_world("/nowhere/a.yaml"));
-}
-
-TEST(ExperimentSummary, SumsOverSeedsInTheOrderOfTheRuns) {
-  const auto run = [](const char* cell, std::uint64_t seed, bool finished, double rmse_m) {
-    ExperimentRun made{.cell = cell, .seed = seed, .finished = finished, .ending = "stopped"};
-    if (rmse_m > 0)
-      made.judged = ReplayJudgement{.cross_track_rmse_m = rmse_m, .cross_track_max_m = 2 * rmse_m};
-    return made;
-  };
-  const auto cells = summaries_of(
-      {run("b", 1, true, 0.01), run("a", 1, false, 0), run("b", 2, true, 0.04), run("b", 3, false, 0.02)});
-  ASSERT_EQ(cells.size(), 2U);
-  EXPECT_EQ(cells[0]["what"], "b");
-  EXPECT_EQ(cells[0]["runs"], 3);
-  EXPECT_EQ(cells[0]["completed"], 2);
-  EXPECT_EQ(cells[0]["cross_track_rmse_median_m"], 0.02);
-  EXPECT_EQ(cells[0]["cross_track_max_worst_m"], 0.08);
-  EXPECT_EQ(cells[0]["endings"][0], "seed 3: stopped");
-  EXPECT_TRUE(cells[1]["cross_track_rmse_median_m"].is_null()) << "nothing to judge is no zero";
 }
 
 }  // namespace

@@ -98,6 +98,9 @@ TEST(ProfileTable, OptionsTakeWhatWasMeasuredAndKeepTheRest) {
   EXPECT_DOUBLE_EQ(options.dynamics.speed_lag_s + options.dynamics.command_delay_s, 0.3);
   EXPECT_DOUBLE_EQ(options.dynamics.speed_lag_s, 0.1);
   EXPECT_TRUE(check(options)) << "every value is one that the simulator takes";
+  const SimulatedRobotOptions unmeasured = options_like({}, before);
+  EXPECT_EQ(unmeasured.camera_rate_hz, before.camera_rate_hz) << "nothing was measured";
+  EXPECT_TRUE(unmeasured.faults.empty());
 }
 
 TEST(ProfileTable, GapsBecomeFaultsBetweenTheSamples) {

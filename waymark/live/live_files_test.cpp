@@ -1,4 +1,4 @@
-// Files of drives: what a path offers the page, what a demo may write over, what a grid may name.
+// Files of drives: the files that the page offers, and those that a demo may overwrite.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "waymark/live/experiment_grid.hpp"
 #include "waymark/live/offered_files.hpp"
 #include "waymark/live/run_demo.hpp"
 #include "waymark/live/start_recording.hpp"
@@ -98,21 +97,6 @@ TEST_F(LiveFiles, ANewRecordingIsNeverWrittenOverAnother) {
   ASSERT_TRUE(fresh) << to_string(fresh.error());
   EXPECT_TRUE(fresh->close());
   EXPECT_GT(fs::file_size(at("new.mcap")), 1000U) << "it holds how it was made, before any sample";
-}
-
-TEST(ExperimentGrids, AreRefusedByTheKeyThatMakesNoSense) {
-  const auto refused = [](const ExperimentGrid& grid) {
-    const Status status = check_grid(grid);
-    return status ? std::string() : status.error().place.key;
-  };
-  EXPECT_EQ(refused({}), "");
-  EXPECT_EQ(refused({.seeds = {}}), "seeds");
-  EXPECT_EQ(refused({.seeds = {4, 2, 4}}), "seeds");
-  EXPECT_EQ(refused({.controllers = {"followr"}}), "controllers");
-  EXPECT_EQ(refused({.speeds_m_s = {0.4, 0}}), "speeds_m_s");
-  EXPECT_EQ(refused({.speeds_m_s = {6}}), "speeds_m_s");
-  EXPECT_FALSE(check_grid({.worlds = {"no-such-world"}}));
-  EXPECT_FALSE(check_grid({.faults = {"/no/such/faults.yaml"}}));
 }
 
 }  // namespace
