@@ -8,6 +8,7 @@ import pathlib
 import unittest
 
 from harness import InFolder
+from laps import LAP, put
 
 
 def real_data(relative):
@@ -33,7 +34,7 @@ class Convert(InFolder):
         return {t["topic"]: t["messages"] for t in self.info(path)["topics"]}
 
     def lap(self):
-        self.assertEqual(self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap").code, 0)
+        put(self.folder, *LAP)
 
     def test_a_lap_of_our_own(self):
         self.lap()

@@ -9,7 +9,10 @@ import threading
 import time
 
 from harness import PROGRAM, InFolder, event, rest_of, unittest
+from laps import MAP, put
 
+# Five simulated seconds a second, in lockstep: a machine that is busy slows the robot down, too.
+PACED = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep --pace 5"
 MINUTES = 60 if os.environ.get("WAYMARK_FULL") else 3
 
 
@@ -77,11 +80,11 @@ class Session(InFolder):
         self.assertTrue(older.records[0]["finished"], older.err)
 
     def test_a_program_is_in_charge_by_lines(self):
-        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "-o", "session", "--json"],
+        process = subprocess.Popen([PROGRAM, "run", "--robot", PACED, "--world", "circuit24", "--driver", "lines", "-o", "session", "--json"],
                                    cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True)
 
-        def tell(line, wait_s=0.6):
+        def tell(line, wait_s=0.2):
             process.stdin.write(line + "\n")
             process.stdin.flush()
             time.sleep(wait_s)
@@ -93,7 +96,7 @@ class Session(InFolder):
         tell("stop")
         tell("go")
         for _ in range(8):
-            tell("drive 0.3 0.1", 0.2)
+            tell("drive 0.3 0.1", 0.05)
         tell("stop")  # the lap is dropped
         tell("quit", 0)
         process.stdin.close()
@@ -109,9 +112,8 @@ class Session(InFolder):
         self.assertGreater({topic["topic"]: topic for topic in lap["topics"]}["/odom"]["messages"], 20)
 
     def test_a_signal_in_a_replay_is_said(self):
-        for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"], ["map", "lap.mcap", "-o", "map"]):
-            self.assertEqual(self.run_here(*words).code, 0)
-        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "--map", "map", "-o", "session", "--json"],
+        put(self.folder, *MAP)
+        process = subprocess.Popen([PROGRAM, "run", "--robot", PACED, "--driver", "lines", "--map", "map", "-o", "session", "--json"],
                                    cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True)
         said = [process.stderr.readline()]
@@ -122,7 +124,7 @@ class Session(InFolder):
         process.stdin.flush()
         while "replaying" not in said[-1] and said[-1]:
             said.append(process.stderr.readline())
-        time.sleep(2)  # it drives
+        time.sleep(0.5)  # it drives
         process.send_signal(signal.SIGINT)
         process.wait(timeout=60)  # its input stays open until then: the end of lines would end the session, too
         out, err = rest_of(process)
@@ -148,10 +150,9 @@ class Session(InFolder):
 
 class Keyboard(InFolder):
     def test_y_replays_pauses_and_goes_on(self):
-        for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"], ["map", "lap.mcap", "-o", "map"]):
-            self.assertEqual(self.run_here(*words).code, 0)
+        put(self.folder, *MAP)
         keyboard, terminal = pty.openpty()
-        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "keyboard", "--map", "map", "-o", "session", "--json"],
+        process = subprocess.Popen([PROGRAM, "run", "--robot", PACED, "--driver", "keyboard", "--map", "map", "-o", "session", "--json"],
                                    cwd=self.folder, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.kill)  # so that a failure ends the thread that reads what it says
         said = []
@@ -159,7 +160,7 @@ class Keyboard(InFolder):
         reader.start()
 
         def press(key, until):
-            time.sleep(0.5)  # the button bounces
+            time.sleep(0.2)  # the button bounces
             os.write(keyboard, key)
             deadline = time.monotonic() + 60
             while not any(until in line for line in said) and time.monotonic() < deadline:
@@ -169,10 +170,10 @@ class Keyboard(InFolder):
 
         press(b"", "ready. ")
         press(b"y", "replaying. ")
-        time.sleep(2.5)
+        time.sleep(0.8)
         press(b"y", "paused. ")
         press(b"y", "replaying. ")
-        time.sleep(1)
+        time.sleep(0.3)
         press(b"b", "run: stopped by the operator")
         os.write(keyboard, b"q")
         out = process.stdout.read()

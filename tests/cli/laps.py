@@ -14,6 +14,7 @@ REPLAY_KEYS = {"laps_completed", "cross_track_rmse_m", "cross_track_p95_m", "cro
                "min_clearance_m", "two_tags_fraction", "stops", "wall_s"}
 
 
+LAP, OTHER_LAP, MAP, DEMO = support.LAP, support.OTHER_LAP, support.MAP, support.DEMO
 LAP_OF_SQUARE, MAP_OF_SQUARE = support.LAP_OF_SQUARE, support.MAP_OF_SQUARE
 
 
@@ -22,12 +23,17 @@ def made(*verbs):
     return support.made(PROGRAM, *verbs)
 
 
+def put(folder, *verbs):
+    """Copies what these command lines write into a folder."""
+    shutil.copytree(made(*verbs), folder, dirs_exist_ok=True)
+
+
 class WithLap(InFolder):
-    MADE = ("teach --world circuit24 --seed 2 -o lap.mcap",)
+    MADE = LAP
 
     def setUp(self):
         super().setUp()
-        shutil.copytree(made(*self.MADE), self.folder, dirs_exist_ok=True)
+        put(self.folder, *self.MADE)
 
     def edit(self, path, old, new):
         text = (self.folder / path).read_text()
@@ -36,4 +42,4 @@ class WithLap(InFolder):
 
 
 class WithMap(WithLap):
-    MADE = (*WithLap.MADE, "map lap.mcap -o map")
+    MADE = MAP

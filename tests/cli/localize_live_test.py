@@ -13,7 +13,7 @@ import sys
 import pictures
 from fake_camera import FakeCamera
 from harness import PROGRAM, InFolder, program, rest_of, unittest
-from laps import MAP_OF_SQUARE, made
+from laps import MAP_OF_SQUARE, WithMap, made
 
 # A simulated robot that drives a circle whoever asks; what it is told on standard input is kept.
 DRIVEN = """
@@ -36,14 +36,11 @@ robot.wait()
 """
 
 
-class Driven(InFolder):
+class Driven(WithMap):
     def setUp(self):
         super().setUp()
         (self.folder / "driven.py").write_text(DRIVEN)
         self.robot = f"process:exec '{sys.executable}' driven.py '{PROGRAM}'"
-        world = self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
-        self.assertEqual(world.code, 0, world.err)
-        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
 
     def test_is_localised_and_told_nothing_and_gives_the_same_offline(self):
         live = self.run_here("localize", "--robot", self.robot, "--map", "map", "--duration-s", "5", "-o", "live.mcap", "--json")

@@ -10,6 +10,7 @@ import re
 import unittest
 
 from harness import InFolder
+from laps import LAP, MAP, OTHER_LAP, made, put
 
 KEYS = {"method", "estimates", "certain", "first_fix_s", "observations", "accepted", "nis_mean", "duration_s", "wall_s", "last",
         "problems"}
@@ -18,7 +19,7 @@ KEYS = {"method", "estimates", "certain", "first_fix_s", "observations", "accept
 class OurRecordings(InFolder):
     def test_a_map_whose_origin_is_the_centre_of_its_anchor(self):
         """As a robot of one's own has it: the floor is 0.3 m below."""
-        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
+        put(self.folder, *LAP)
         for anchor in (["--anchor", "5"], ["--anchor-pose", "0", "0", "0", "-90", "0", "-90"]):
             made = self.run_here("map", "lap.mcap", "-o", "centred", *anchor)
             self.assertEqual(made.code, 0, made.err)
@@ -30,8 +31,7 @@ class OurRecordings(InFolder):
             self.assertGreater(report["certain"], 0.9 * report["estimates"])
 
     def test_every_method_on_a_mapped_lap_beside_the_truth(self):
-        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
-        self.run_here("map", "lap.mcap", "-o", "map")
+        put(self.folder, *MAP)
         for method in ("riekf", "ekf", "smoother", "anchor"):
             outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", method, "-o", method + ".mcap", "--json")
             self.assertEqual(outcome.code, 0, outcome.err)
@@ -135,8 +135,7 @@ class OurRecordings(InFolder):
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--start", 30, 30, 90)
         self.assertEqual(outcome.code, 0)
         self.assertIn("assumed start", outcome.err)
-        self.run_here("teach", "--world", "circuit24", "--seed", 3, "-o", "other.mcap")
-        outcome = self.run_here("localize", "lap.mcap", "other.mcap", "--map", "map")
+        outcome = self.run_here("localize", "lap.mcap", made(*OTHER_LAP) / "lap.mcap", "--map", "map")
         self.assertEqual(outcome.code, 1)
         self.assertIn("two recordings with odometry", outcome.err)
 

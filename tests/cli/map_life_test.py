@@ -7,15 +7,17 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import unittest
 
 from harness import InFolder
+from laps import LAP, MAP, OTHER_LAP, made, put
 
 
 class Extend(InFolder):
     def test_a_second_lap_improves_a_map(self):
-        for seed in (2, 3):
-            self.run_here("teach", "--world", "circuit24", "--seed", seed, "-o", f"lap{seed}.mcap")
+        for name, lap in (("lap2", LAP), ("lap3", OTHER_LAP)):
+            shutil.copy(made(*lap) / "lap.mcap", self.folder / f"{name}.mcap")
         (first,) = self.run_here("map", "lap2.mcap", "-o", "map", "--json").records
         before = (self.folder / "map/map.yaml").read_bytes()
         refused = self.run_here("map", "lap3.mcap", "-o", "map", "--extend", "map", "--freeze", "99")
@@ -98,8 +100,7 @@ class TablesOfDetections(InFolder):
 
 class Convert(InFolder):
     def test_there_and_back(self):
-        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
-        self.run_here("map", "lap.mcap", "-o", "map")
+        put(self.folder, *MAP)
         for form in ("academy", "tagslam", "tf"):
             there = self.run_here("map", "convert", "map", f"{form}.yaml", "--to", form, "--json")
             self.assertEqual(there.code, 0, there.err)

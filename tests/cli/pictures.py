@@ -1,7 +1,9 @@
 """Pictures for the tests of the command line: tags upright in whole pixels, so that their true corners are whole numbers."""
 import base64
+import functools
 import pathlib
 import struct
+import tempfile
 import zlib
 
 TAGS = {
@@ -111,10 +113,8 @@ distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
 """
 
 
-def fill(folder):
-    """What the commands in the docs expect to find: photograph.png with two tags, truth.csv, and a folder photos/."""
-    folder = pathlib.Path(folder)
-    (folder / "photos").mkdir(parents=True)
+def draw(folder):
+    (folder / "photos").mkdir()
     rows = scene(320, 240, SCENE_TAGS)
     write_png(folder / "photograph.png", rows)
     write_png(folder / "photos/0001.png", rows)
@@ -123,3 +123,20 @@ def fill(folder):
     images = {"photograph": SCENE_TAGS, "0001": SCENE_TAGS, "0002": SCENE_TAGS[:1], "0003": []}
     (folder / "truth.csv").write_text(truth_csv(images))
     (folder / "camera.yaml").write_text(CAMERA)
+
+
+@functools.cache
+def drawn():
+    """{name: bytes}, once for all tests of a process."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        draw(folder)
+        return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def fill(folder):
+    """What the commands in the docs expect to find: photograph.png with two tags, truth.csv, and a folder photos/."""
+    for name, data in drawn().items():
+        path = pathlib.Path(folder) / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)

@@ -86,8 +86,7 @@ class OtherFormats(InFolder):
             self.assertNotIn(f"{log}.", step["command"], "nothing is written beside the recording")
 
     def test_a_packed_file_cut_in_its_first_block_promises_nothing(self):
-        lap = self.folder / "lap.mcap"
-        self.run_here("teach", "--world", "circuit24", "-o", lap)
+        lap = laps.made(*laps.LAP) / "lap.mcap"
         packed = bz2.compress(lap.read_bytes()[:300_000])
         (self.folder / "cut.mcap.bz2").write_bytes(packed[:len(packed) // 2])
         outcome = self.run_here("info", "cut.mcap.bz2")
@@ -282,7 +281,7 @@ class Pictures(InFolder):
         self.assertEqual((seen.code, len(seen.records)), (0, frames))
 
     def test_settings_of_a_detector_without_pictures_are_not_passed_over(self):
-        self.run_here("teach", "--world", "circuit24", "-o", "lap.mcap")
+        laps.put(self.folder, *laps.LAP)
         outcome = self.run_here("map", "lap.mcap", "--min-white-black-diff", 20, "-o", "map")
         self.assertEqual(outcome.code, 1)
         self.assertIn("lap.mcap: the recording holds no pictures", outcome.err)

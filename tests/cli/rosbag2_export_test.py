@@ -17,6 +17,7 @@ import yaml
 NPM = pathlib.Path(sys.argv.pop(2)) if len(sys.argv) > 2 else sys.exit("usage: rosbag2_export_test.py PROGRAM NPM_FOLDER")
 
 from harness import InFolder  # noqa: E402
+from laps import LAP_OF_SQUARE, put  # noqa: E402
 
 BAG_KEYS = ["version", "storage_identifier", "duration", "starting_time", "message_count", "topics_with_message_count",
             "compression_format", "compression_mode", "relative_file_paths", "files"]
@@ -32,8 +33,7 @@ DEFINITIONS = ["id", "topic_type", "encoding", "encoded_message_definition", "ty
 class Export(InFolder):
     def setUp(self):
         super().setUp()
-        made = self.run_here("teach", "--world", "mbot-square", "-o", "lap.mcap", "--seed", "1")
-        self.assertEqual(made.code, 0, made.err)
+        put(self.folder, *LAP_OF_SQUARE)
 
     def export(self, source, name, *flags):
         done = self.run_here("convert", source, name, "--format", "rosbag2", *flags, "--json")

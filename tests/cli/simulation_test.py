@@ -13,6 +13,7 @@ import unittest
 
 import recordings
 from harness import PROGRAM, InFolder
+from laps import MAP, put
 from recordings import LINE
 
 
@@ -65,8 +66,7 @@ class Simulation(InFolder):
         self.assertFalse((self.folder / "wrong.mcap").exists())
 
     def test_a_replay_meets_faults(self):
-        self.assertEqual(self.run_here("teach", "--world", "circuit24", "-o", "lap.mcap").code, 0)
-        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
+        put(self.folder, *MAP)
         (self.folder / "f.yaml").write_text("faults:\n  - {fault: camera_blackout, at_s: 5}\n")
         outcome = self.run_here("replay", "map", "--world", "circuit24", "--faults", "f.yaml", "--json")
         self.assertEqual(outcome.code, 1, "a robot that sees nothing any more does not get round")

@@ -16,6 +16,9 @@ import sys
 import tempfile
 import urllib.parse
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from made import LAP_OF_SQUARE, made  # noqa: E402
+
 PROGRAM = sys.argv[1]
 
 
@@ -145,8 +148,7 @@ def listening_everywhere():
 
 
 def a_cut_recording(folder):
-    subprocess.run([PROGRAM, "teach", "--world", "mbot-square", "-o", folder / "lap.mcap"], capture_output=True, check=False)
-    data = (folder / "lap.mcap").read_bytes()
+    data = (made(PROGRAM, *LAP_OF_SQUARE) / "lap.mcap").read_bytes()
     (folder / "cut.mcap").write_bytes(data[:len(data) // 2])
     with Server(folder / "cut.mcap", "--port", "0") as server:
         said = []

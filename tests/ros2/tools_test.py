@@ -5,6 +5,7 @@ WAYMARK_FULL=1 runs also the longer ones.
 
 usage: tools_test.py PROGRAM PEER [TestClass.test]
 """
+import pathlib
 import re
 import signal
 import subprocess
@@ -15,6 +16,9 @@ import unittest
 from wire_case import COMMAND, LONG, PEER, PROGRAM, Lines, Wire, until
 
 COMMANDED_SPEED = r"^cmd \d+ (\S+)"
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from made import LAP_OF_SQUARE, made
 
 
 class FirstAid(Wire):
@@ -94,8 +98,7 @@ class Relay(Wire):
 
     @LONG
     def test_that_is_killed_leaves_zero(self):
-        lap = self.folder / "lap.mcap"
-        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        lap = made(PROGRAM, *LAP_OF_SQUARE) / "lap.mcap"
         heard = Lines(self.start(PEER, "listen", 90).stdout)
         relay = self.start(PROGRAM, "ros2", "relay", "--from", "/cmd_vel", "--to", "/cmd_vel2", stderr=subprocess.PIPE)
         echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel2", "--seconds", "15", stdout=subprocess.PIPE)
@@ -116,8 +119,7 @@ class Relay(Wire):
 
 class Play(Wire):
     def test_commands_of_a_recording_are_left_out_unless_asked_for(self):
-        lap = self.folder / "lap.mcap"
-        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        lap = made(PROGRAM, *LAP_OF_SQUARE) / "lap.mcap"
         topics = ("--topics", "/cmd_vel", "--from", "2", "--to", "3")
         played = self.run_program("play", lap, "--ros2", *topics)
         self.assertEqual((played.returncode, played.stdout), (0, "0 messages published\n"), played.stderr)
@@ -148,8 +150,7 @@ class Play(Wire):
         self.assertIn("another program publishes /odom", over.stderr)
 
     def test_zero_follows_commands_of_a_program_that_is_killed(self):
-        lap = self.folder / "lap.mcap"
-        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        lap = made(PROGRAM, *LAP_OF_SQUARE) / "lap.mcap"
         listener = self.start(PEER, "listen", 90)
         heard = Lines(listener.stdout)
         heard.wait_for("listening\n")
@@ -173,8 +174,7 @@ class Play(Wire):
 
     @LONG
     def test_a_recording_is_played_to_the_network(self):
-        lap = self.folder / "lap.mcap"
-        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        lap = made(PROGRAM, *LAP_OF_SQUARE) / "lap.mcap"
         recorder = self.start(PEER, "record", 30)
         self.wait_for_subscription("/odom")
         played = self.run_program("play", lap, "--ros2", "--to", 8)  # the recorder itself publishes commands
@@ -187,8 +187,7 @@ class Play(Wire):
         self.assertGreater(abs(float(words[11])) + abs(float(words[12])), 0.3, words)
 
     def test_frames_of_before_are_published_where_it_begins_later(self):
-        lap = self.folder / "lap.mcap"
-        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        lap = made(PROGRAM, *LAP_OF_SQUARE) / "lap.mcap"
         echo = self.start(PROGRAM, "ros2", "topic", "echo", "/tf_static", "--count", "1")
         time.sleep(0.5)
         played = self.run_program("play", lap, "--ros2", "--topics", "/tf_static,/odom", "--from", 2, "--to", 4)

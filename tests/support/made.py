@@ -10,6 +10,9 @@ import subprocess
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+LAP, OTHER_LAP = (("teach --world circuit24 --seed %d -o lap.mcap" % seed,) for seed in (2, 3))
+MAP = (*LAP, "map lap.mcap -o map")
+DEMO = ("demo -o demo",)
 LAP_OF_SQUARE = ("teach --world mbot-square --seed 1 -o lap.mcap",)
 MAP_OF_SQUARE = (*LAP_OF_SQUARE, "map lap.mcap -o map")
 

@@ -12,6 +12,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from made import DEMO, made  # noqa: E402
+
 SKIPPED = 77
 
 
@@ -36,7 +39,7 @@ def main():
         return SKIPPED
     node, environment = tools
     with tempfile.TemporaryDirectory(prefix="waymark-view-") as folder:
-        subprocess.run([program, "demo", "-o", folder, "--seed", "1"], check=True, capture_output=True)
+        shutil.copytree(made(program, *DEMO) / "demo", folder, dirs_exist_ok=True)
         server = subprocess.Popen([program, "view", folder, "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         try:
             url = server.stdout.readline().strip()
