@@ -57,6 +57,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--imu-gap", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
                         help="the table of the gyro has nothing meanwhile")
     parser.add_argument("--no-imu", action="store_true", help="without the table of the gyro")
+    parser.add_argument("--picture-rate-hz", type=float, default=15)
     parser.add_argument("--laps", type=float, default=1.0)
     parser.add_argument("--speeds", type=float, nargs="+", default=[0.3], metavar="M_S", help="of the drive, one after the other, ten seconds each")
     return parser.parse_args()
@@ -130,7 +131,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
             tables["truth"].append(row(now, motion.x_m, motion.y_m, frames.wrap(motion.yaw_rad), 1))
             command = teacher.command(motion.x_m, motion.y_m, motion.yaw_rad, motion.yaw_rate_rad_s, 4 * TICK_S)
         if now >= next_picture_s:
-            next_picture_s += 1 / 15
+            next_picture_s += 1 / args.picture_rate_hz
             seen = looking.look(frames.inverse(base_pose(motion) @ camera.base_T_camera()))
             if args.coarse:
                 tables["ranges"] += ranges(motion, [tag for tag in tags if f"tag36h11:{tag.number}" in {s["tag"] for s in seen}], now, coarse)

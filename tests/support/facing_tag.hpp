@@ -45,13 +45,28 @@ inline Corners corners_of(const Print& print) {
 
 inline double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); }
 
-/// Share of a blurred point in each of `count` cells and outside, along one axis; cell 0 begins at `first`.
-inline std::vector<double> shares(double at, double first, int count, double sigma) {
-  std::vector<double> result;
-  for (int i = 0; i < count; ++i) {
-    result.push_back(normal_cdf((first + i + 1 - at) / sigma) - normal_cdf((first + i - at) / sigma));
+/// Shares of a blurred point in the cells [begin, end) along one axis; in each other cell it is below 1e-18.
+struct CellShares {
+  static constexpr int kMaxCells = 16;  ///< no family is wider
+  int begin = 0;
+  int end = 0;
+  std::array<double, kMaxCells> of{};
+};
+
+/// Of `count` cells, of which the first begins at `first`.
+inline CellShares cell_shares(double at, double first, int count, double sigma) {
+  constexpr double kReach = 9;  // standard deviations
+  const auto most = static_cast<double>(count);
+  const double from = std::clamp(std::floor(at - first - kReach * sigma), 0.0, most);
+  const double to = std::clamp(std::ceil(at - first + kReach * sigma), 0.0, most);
+  CellShares shares{.begin = static_cast<int>(from), .end = static_cast<int>(to)};
+  double below = normal_cdf((first + shares.begin - at) / sigma);
+  for (int i = shares.begin; i < shares.end; ++i) {
+    const double upto = normal_cdf((first + i + 1 - at) / sigma);
+    shares.of.at(static_cast<std::size_t>(i)) = upto - below;
+    below = upto;
   }
-  return result;
+  return shares;
 }
 
 class Renderer {
@@ -67,15 +82,15 @@ class Renderer {
                                   Eigen::Vector2d::Constant(family_.width_at_border / 2.0);
     const double sigma = print_.lens_px / cell_px_;
     const int width = family_.total_width;
-    const auto x = shares(local.x(), -ring_, width, sigma);
-    const auto y = shares(local.y(), -ring_, width, sigma);
+    const CellShares x = cell_shares(local.x(), -ring_, width, sigma);
+    const CellShares y = cell_shares(local.y(), -ring_, width, sigma);
     const double paper = paper_share(local.x(), sigma) * paper_share(local.y(), sigma);
     double level = print_.behind + paper * (print_.white - print_.behind);
-    for (int row = 0; row < width; ++row) {
-      for (int column = 0; column < width; ++column) {
+    for (int row = y.begin; row < y.end; ++row) {
+      for (int column = x.begin; column < x.end; ++column) {
         const bool ink = cells_[static_cast<std::size_t>(row * width + column)] == 0;
         if (ink)
-          level += x[static_cast<std::size_t>(column)] * y[static_cast<std::size_t>(row)] *
+          level += x.of[static_cast<std::size_t>(column)] * y.of[static_cast<std::size_t>(row)] *
                    (print_.black - print_.white);
       }
     }
