@@ -5,7 +5,6 @@ Every test has a port of its own, and nothing leaves this machine (ttl=0). WAYMA
 
 usage: wire_test.py PROGRAM PEER [TestClass.test]
 """
-import itertools
 import json
 import math
 import os
@@ -24,10 +23,10 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import event
 import wire_driver
+from claim import lcm_port
 
 PROGRAM, PEER = sys.argv[1:3]
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
-PORTS = itertools.count(20000 + os.getpid() % 20000 * 2)
 COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+) (\S+) (\d+)$", re.M)
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 DATA = os.environ.get("WAYMARK_DATA")
@@ -37,7 +36,7 @@ LANDMARKS = pathlib.Path(DATA or "", "lcm", "landmarks.csv")
 
 class Lcm(unittest.TestCase):
     def setUp(self):
-        self.url = f"udpm://239.255.76.67:{next(PORTS)}?ttl=0"
+        self.url = f"udpm://239.255.76.67:{lcm_port()}?ttl=0"
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-mbot-"))
         self.addCleanup(shutil.rmtree, self.folder)
 

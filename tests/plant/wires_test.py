@@ -16,12 +16,13 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parent), str(pathlib.Path(__file__).resolve().parents[1] / "support")]
 import course
 import fault_script
 import faults
 import judge
 import waymark_runs
+from claim import domain, lcm_port
 from lap_test import Lap, last_words
 
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
@@ -106,12 +107,12 @@ class Wires(unittest.TestCase):
 
     @LONG
     def test_ros2(self):
-        self.environment.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 199), ROS_LOCALHOST_ONLY="1")
+        self.environment.update(ROS_DOMAIN_ID=str(domain()), ROS_LOCALHOST_ONLY="1")
         self.judge("ROS 2", self.lap(["--ros2", "--localhost"], lambda _: "ros2:limo-sim-tags"))
 
     @LONG
     def test_mbot(self):
-        url = f"udpm://239.255.76.67:{20000 + os.getpid() % 20000}?ttl=0"
+        url = f"udpm://239.255.76.67:{lcm_port()}?ttl=0"
         self.judge("MBot's LCM", self.lap(["--mbot", url], lambda _: "mbot:" + url, anchor="tagCustom48h12:0"))
 
     @LONG

@@ -6,7 +6,6 @@ Beside other work it measures that work: `chrt -r 1 latency.py …` goes before 
 
 usage: latency.py PROGRAM PEER [SECONDS [FLAG ...]]: flags of `waymark run`, for example --detector waymark
 """
-import os
 import pathlib
 import struct
 import subprocess
@@ -14,8 +13,9 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "plant"))
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / folder) for folder in ("plant", "support")]
 import mcap_poses  # noqa: E402
+from claim import domain  # noqa: E402
 from wire_peer import environment  # noqa: E402
 
 
@@ -45,7 +45,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         (folder / "robot.yaml").write_text("robot: limo\nimage_topic: /camera/color/image_raw\n")
-        there = environment(1 + os.getpid() % 199)
+        there = environment(domain())
         robot = subprocess.Popen([peer, "latency", str(seconds)], env=there, stdout=subprocess.DEVNULL)
         run = subprocess.Popen([program, "run", "--robot", f"ros2:{folder / 'robot.yaml'}", "--driver", "lines", "--anchor", "0",
                                 "--tag-size-m", "0.16", *sys.argv[4:], "-o", str(folder / "session")], env=there, stdin=subprocess.PIPE, text=True)

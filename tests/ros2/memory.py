@@ -5,7 +5,6 @@ and by more than three standard deviations of the line.
 
 usage: memory.py PROGRAM PEER [SECONDS]
 """
-import os
 import pathlib
 import subprocess
 import sys
@@ -15,6 +14,7 @@ import time
 from wire_peer import environment
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from claim import domain
 from made import MAP_OF_SQUARE, made
 
 MOST_MB_H = 1
@@ -48,7 +48,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         profile = pathlib.Path(name) / "robot.yaml"
         profile.write_text("robot: limo\nimu_topic: /imu\nsimulated: true\n", encoding="utf-8")
-        there = environment(1 + os.getpid() % 199)
+        there = environment(domain())
         robot = subprocess.Popen([peer, "flood", str(seconds + 30)], env=there)
         run = subprocess.Popen([program, "localize", "--robot", f"ros2:{profile}", "--map", str(made(program, *MAP_OF_SQUARE) / "map"), "--publish-ros2",
                                 "--duration-s", str(seconds + 20), "--every-s", "60"], env=there)

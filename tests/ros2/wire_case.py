@@ -2,7 +2,6 @@
 
 usage: …_test.py PROGRAM PEER …
 """
-import itertools
 import json
 import os
 import pathlib
@@ -16,10 +15,10 @@ import unittest
 from wire_peer import environment
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from claim import domain  # noqa: E402
 from event import Lines, until  # noqa: E402, F401  (tests import them from here)
 
 PROGRAM, PEER = sys.argv[1:3]
-DOMAINS = itertools.count(1 + os.getpid() % 199)
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)  # of the peer: nanoseconds, m/s, rad/s
 
@@ -33,7 +32,7 @@ class Wire(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def next_domain(self):
-        self.environment = environment(next(DOMAINS))
+        self.environment = environment(domain())
 
     def tearDown(self):
         for process in self.running:
