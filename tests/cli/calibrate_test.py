@@ -174,7 +174,7 @@ class CalibrateRobot(unittest.TestCase):
         spoilt = waymark(*words[:-1], "map/map.yaml", cwd=self.folder)
         self.assertEqual(spoilt.code, 1)
         self.assertIn("not written over", spoilt.err)
-        large = waymark("calibrate", "robot", "lap.mcap", "--tag-size-m", "0.3", cwd=self.folder)
+        large = waymark("calibrate", "robot", "lap.mcap", "--tag-size-m", "0.3", "--to", "15", cwd=self.folder)
         self.assertEqual(large.code, 0, large.err)
         self.assertIn("the recording says 0.16 m", large.err)
         self.assertIn("% farther than by its wheels", large.err)

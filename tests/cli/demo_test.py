@@ -7,7 +7,7 @@ import pathlib
 import unittest
 
 from harness import InFolder
-from laps import MAP_KEYS, REPLAY_KEYS
+from laps import LAP, MAP, MAP_KEYS, REPLAY_KEYS, put
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -27,13 +27,11 @@ class Demo(InFolder):
         self.assertEqual(thrice["replay"]["laps_completed"], 3)
         table = self.run_here("demo", "--seed", 4, "-o", "out")
         self.assertEqual(table.code, 0, "a second run writes over its own files")
-        (self.folder / "mine").mkdir()
-        taught = self.run_here("teach", "--world", "circuit24", "-o", "mine/lap.mcap")
-        self.assertEqual(taught.code, 0, taught.err)
+        put(self.folder / "mine", *LAP)
         refused = self.run_here("demo", "-o", "mine")
         self.assertEqual(refused.code, 1, "but over nobody else's")
         self.assertIn("holds a 'lap.mcap' that no demo wrote", refused.err)
-        self.run_here("map", "mine/lap.mcap", "-o", "map")
+        put(self.folder, *MAP)
         before = {p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}
         refused = self.run_here("demo", "-o", "map")
         self.assertEqual(refused.code, 1)

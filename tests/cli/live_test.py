@@ -157,7 +157,7 @@ def teaching_stops_replay_pauses(robot):
     client, watcher = robot.client(), robot.client(token=False)
     for one in (client, watcher):
         one.watch_state()
-    time.sleep(2)  # two presses within 0.3 s of the robot's time are one
+    time.sleep(0.5)  # two presses within 0.3 s of the robot's time are one
     client.say(op="order", order="go")
     watcher.wait_for_phase("teaching")
     state = watcher.wait_for_state(lambda s: "script" in s["commands"])
@@ -241,7 +241,7 @@ def remote():
 
 
 def main():
-    with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder, Robot(folder, "--pace", "4") as robot:
+    with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder, Robot(folder, "--pace", "8") as robot:
         access(robot)
         one_in_control(robot)
         nonsense(robot)
