@@ -1,5 +1,5 @@
-# A release is compiled for speed (-O3) where a robot waits for it, and for size in the rooms that read options and files, print and draw.
-# What nobody calls is left out of the programs.
+# A release is compiled for speed (-O3) where a robot waits for it. The rooms that read options and files, print and draw are compiled for size in
+# packages, and quickly (-O1) elsewhere. Functions without a caller are left out of the programs.
 set(WAYMARK_SMALL_ROOMS cli config jobs live media plot sdf server drivers/bridge drivers/dds drivers/fastdds drivers/gamepad drivers/gazebo
   drivers/gstreamer drivers/ignition drivers/keyboard drivers/limo drivers/mbot drivers/process drivers/ros2 drivers/v4l2 drivers/watchdog)
 set(WAYMARK_MEDIUM_ROOMS recording mapping/calibration mapping/scene evaluation)  # -O2
@@ -15,7 +15,7 @@ endif()
 # waymark_size_of_room(TARGET ROOM)
 function(waymark_size_of_room target room)
   if(WAYMARK_FOR_SIZE AND room IN_LIST WAYMARK_SMALL_ROOMS)
-    target_compile_options(${target} PRIVATE -Os)
+    target_compile_options(${target} PRIVATE $<IF:$<BOOL:${WAYMARK_PACKAGE}>,-Os,-O1>)
   elseif(WAYMARK_FOR_SIZE AND room IN_LIST WAYMARK_MEDIUM_ROOMS)
     target_compile_options(${target} PRIVATE -O2)
   endif()

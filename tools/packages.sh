@@ -3,7 +3,7 @@
 # `tools/packages.sh` alone prints them; demo.sh and test.sh source it.
 
 # To build and run the programs.
-WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-dev libfmt-dev libexpected-dev libapriltag-dev
+WAYMARK_BUILD_PACKAGES=(g++ clang-16 cmake ninja-build pkg-config ccache git libeigen3-dev libfmt-dev libexpected-dev libapriltag-dev
   libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libjpeg-dev libpng-dev libcairo2-dev libzstd-dev liblz4-dev libdeflate-dev libbz2-dev
   zlib1g-dev libsqlite3-dev libboost-dev libavformat-dev libavcodec-dev libavutil-dev
   libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libfastrtps-dev liblcm-dev)
@@ -13,7 +13,7 @@ WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-de
 # Only for the Python package: pybind11-dev python3-dev python3-numpy.
 # To test them as well: frameworks, oracles, sanitizers, linters.
 WAYMARK_TEST_PACKAGES=(libsdl2-dev libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
-  libopencv-imgproc-dev libopencv-contrib-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
+  libopencv-imgproc-dev libopencv-contrib-dev clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
   pybind11-dev python3-dev python3-numpy python3-pandas python3-opencv python3-yaml python3-venv python3-setuptools python3-wheel mypy
   python3-nbformat python3-nbclient python3-ipykernel mkdocs mkdocs-material doxygen
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
