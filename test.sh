@@ -90,10 +90,10 @@ build() {  # build PRESET [targets...]
   cmake --build --preset "$preset" -j "$jobs" ${1:+--target "$@"} -- --quiet
 }
 
-run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals. A selection without tests fails.
+run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals. A selection without tests fails. at_once: processes at a time
   local preset="$1" outcome=0 ok bad skip; shift
   local report="$PWD/build/$preset/tests.xml" log="$PWD/build/$preset/tests.log"
-  ctest --preset "$preset" --no-tests=error -j "$((4 * jobs))" --timeout "$([ -n "$full" ] && echo 7200 || echo 900)" \
+  ctest --preset "$preset" --no-tests=error -j "${at_once:-$((2 * jobs))}" --timeout "$([ -n "$full" ] && echo 7200 || echo 900)" \
     --test-output-size-passed 65536 --test-output-truncation head --output-junit "$report" "$@" >"$log" 2>&1 || outcome=$?
   [ "$outcome" -eq 0 ] || { sed -n '/^ *[0-9]*\/[0-9]* Test.*\*\*\*/,$p' "$log" | tail -150; grep 'No tests were found' "$log" || true; }
   read -r ok bad skip < <(tools/count_tests.py "$report")
@@ -233,15 +233,14 @@ incomplete=""
 if wanted tests; then
   step "build: the programs"
   build check waymark_programs
-  # Tests that start programs wait for half of their time: meanwhile the test programs of the rooms are compiled.
-  step "tests of the programs"
+  step "tests in real time; meanwhile the rest is built"  # they wait for most of their time
   meanwhile build check
-  run_tests check -LE '^built_later$' || incomplete=1
+  at_once=$((4 * jobs)) run_tests check -L '^real_time$' || incomplete=1
   wait "$helper" || true  # what failed fails again here, with words
   build check
-  step "tests of the rooms"
+  step "all other tests"
   meanwhile build_sanitized
-  run_tests check -L '^built_later$' || incomplete=1
+  run_tests check -LE '^real_time$' || incomplete=1
   wait "$helper" || true
   helper=""
 fi

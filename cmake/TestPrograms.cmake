@@ -1,8 +1,7 @@
 # A dozen test programs for all rooms: a program a room would link the same libraries fifty times.
 #
 # ctest has one entry for each file with tests, named and labelled after its room: `ctest -L '^mapping/lap$'`, `ctest -R geometry.se3`.
-# tools/list_tests.py asks a program, once it is linked, which tests it holds. Tests that need more than `waymark_programs` (tests/CMakeLists.txt) have
-# the label built_later: ./test.sh runs the others while it builds the rest.
+# tools/list_tests.py asks a program, once it is linked, which tests it holds.
 set(WAYMARK_TEST_PROGRAMS core bytes tags mapping localization replay simulation files robots app)
 set(WAYMARK_TESTS_core geometry image families camera samples factors)
 set(WAYMARK_TESTS_bytes base codecs recording drivers/process)  # what the sanitizers see in the short run
@@ -48,9 +47,9 @@ function(waymark_test_program_of room variable)
   message(FATAL_ERROR "No test program holds the tests of room '${room}': add it to cmake/TestPrograms.cmake.")
 endfunction()
 
-# One ctest entry for each file of a program. Most tests compute: two of them at a time with `ctest -j8`; those of robots and pages wait.
+# One ctest entry for each file of a program. Most tests compute: two of them at a time with `ctest -j4`; those of robots and pages wait.
 function(waymark_list_tests target)
-  set(processors 4)
+  set(processors 2)
   if(target MATCHES "waymark_(robots|app)_tests")
     set(processors 1)
   endif()
@@ -58,7 +57,7 @@ function(waymark_list_tests target)
   add_custom_command(TARGET ${target} POST_BUILD COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/tools/list_tests.py
     --root ${PROJECT_SOURCE_DIR} --build ${PROJECT_BINARY_DIR} --output ${listed} --processors ${processors} -- ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}> VERBATIM)
   set(include ${PROJECT_BINARY_DIR}/tests/${target}_if_built.cmake)
-  file(CONFIGURE OUTPUT ${include} CONTENT "if(EXISTS \"${listed}\")\n  include(\"${listed}\")\nelse()\n  add_test(${target}_is_not_built ${target})\n  set_tests_properties(${target}_is_not_built PROPERTIES LABELS built_later)\nendif()\n")
+  file(CONFIGURE OUTPUT ${include} CONTENT "if(EXISTS \"${listed}\")\n  include(\"${listed}\")\nelse()\n  add_test(${target}_is_not_built ${target})\nendif()\n")
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY TEST_INCLUDE_FILES ${include})
 endfunction()
 

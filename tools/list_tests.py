@@ -44,7 +44,7 @@ def name_and_label(file):
 def entry(name, label, command, tests, processors):
     arguments = " ".join(f'"{argument}"' for argument in (*command, "--gtest_brief=1", "--gtest_filter=" + ":".join(tests)))
     return (f'add_test("{name}" {arguments})\n'
-            f'set_tests_properties("{name}" PROPERTIES ENVIRONMENT "{ENVIRONMENT}" LABELS "{label};built_later" PROCESSORS {processors})\n')
+            f'set_tests_properties("{name}" PROPERTIES ENVIRONMENT "{ENVIRONMENT}" LABELS "{label}" PROCESSORS {processors})\n')
 
 
 def entries(files, command, processors):

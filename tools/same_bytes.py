@@ -220,17 +220,16 @@ def write_all(folder, outcome):
         (folder / name).write_bytes(data)
 
 
-def write_start(folder):
-    """What every command finds in its folder: photographs, a recording and a map of a released version, the text files of the table."""
+def write_start(folder, program):
+    """What every command finds in its folder: photographs, the text files of the table, a recording and a map by the program."""
     sys.path.insert(0, str(ROOT / "tests/cli"))
     import pictures
     pictures.fill(folder)
-    golden = sorted((ROOT / "tests/golden").glob("[0-9]*"))[0]
-    shutil.copy(golden / "lap.mcap", folder / "golden.mcap")
-    shutil.copytree(golden / "map", folder / "golden")
     for name, text in table.START.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text)
+    for words in table.START_COMMANDS:
+        subprocess.run([program, *words], cwd=folder, check=True, capture_output=True)
 
 
 def compared(before, after, rules, places):
@@ -250,7 +249,7 @@ def reference(options):
         refuse(f"{folder} is not empty: a reference is written into a new folder")
     build, net = Build(options.program, options), Net(folder, options.jobs)
     folder.mkdir(parents=True, exist_ok=True)
-    write_start(folder / "start")
+    write_start(folder / "start", build.program)
     commands = commands_of_table() + help_commands(build.program)
     skipped = {}
 

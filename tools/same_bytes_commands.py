@@ -96,7 +96,6 @@ map.tables < convert.detections convert.odometry : map seen.csv drive.csv --robo
 map.rosbag2 < convert.rosbag2 : map lap_bag --tag-size-m 0.16 --anchor 0 -o bag --json
 map.convert < map.1 : map convert map layout.json --to wpilib
 map.convert_back < map.convert : map convert layout.json back.yaml --tag-size-m 0.16 --json
-migrate < map.1 : migrate map -o migrated
 
 world.check : world check circuit24 --json
 world.check_poor : world check limo-walls # exit 1
@@ -272,7 +271,10 @@ explore --map none
 commission --world circuit24 --yes
 """
 
-# Text files that every command finds beside the photographs of tests/cli/pictures.py and the recording and map of tests/golden.
+# A recording and a map that every command finds in its folder.
+START_COMMANDS = (("teach", "--world", "mbot-square", "--seed", "1", "-o", "golden.mcap"), ("map", "golden.mcap", "-o", "golden"))
+
+# Text files that every command finds beside them and the photographs of tests/cli/pictures.py.
 START = {
     "short.yaml": """name: line
 tag_family: tag36h11

@@ -181,10 +181,10 @@ void parts(Like<BundleFigures> auto& value, auto&& apply) {
         turn_noise, turns_by_gyro, without_gyro_share);
 }
 void parts(Like<MappedLap> auto& value, auto&& apply) {
-  auto& [map, observations, trajectory, trajectory_covariance, route, frames, frames_without_pose, warnings,
-         bundle] = value;
-  apply(map, observations, trajectory, trajectory_covariance, route, frames, frames_without_pose, warnings,
-        bundle);
+  auto& [map, observations, trajectory, trajectory_covariance, route, route_repeated_m, frames,
+         frames_without_pose, warnings, bundle] = value;
+  apply(map, observations, trajectory, trajectory_covariance, route, route_repeated_m, frames,
+        frames_without_pose, warnings, bundle);
 }
 void parts(Like<TagMapErrors> auto& value, auto&& apply) {
   auto& [tags, rmse_m, max_m, orientation_rmse_deg, missing, unknown] = value;

@@ -85,7 +85,7 @@ class LiveCamera(InFolder):
         timed = self.see("convert", VIDEO + ",lock", "timed.mcap", "--duration-s", "0.5", "--pictures", "jpeg", "--json")
         self.assertEqual(timed.code, 0, timed.err)
         process = self.start("convert", VIDEO, "stopped.mcap")
-        event.until((self.folder / "stopped.mcap").exists, "it records")
+        event.until(lambda: any("stopped.mcap" in path.name for path in self.folder.iterdir()), "it records")  # under another name until it is closed
         time.sleep(1.5)
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=20)

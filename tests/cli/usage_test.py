@@ -3,6 +3,7 @@
 
 usage: usage_test.py PROGRAM [unittest options]
 """
+import contextlib
 import fcntl
 import json
 import os
@@ -188,7 +189,11 @@ class PipesAndSignals(InFolder):
             stuck.send_signal(signal.SIGINT)
             time.sleep(wait)
             self.assertIsNone(stuck.poll(), wait)
-        stuck.send_signal(signal.SIGINT)
+        for _ in range(10):  # on a busy machine the first two may be handled late, and the next is still the same key
+            stuck.send_signal(signal.SIGINT)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                stuck.wait(1)
+                break
         self.assertEqual(stuck.wait(10), -signal.SIGINT)
         self.assertIn("the second signal: ended at once", stuck.stderr.read())
         self.assertEqual(termios.tcgetattr(terminal)[3], before[3])

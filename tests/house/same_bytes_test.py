@@ -173,7 +173,7 @@ class WholeTool(unittest.TestCase):
 
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        for name, text in (("COMMANDS", "make : make\nuse < make : use\nreal : use data/none/x\n"), ("WRONG", "nosuch\n"), ("START", {"a.yaml": "a: 1\n"}), ("RATIOS", ["make"])):
+        for name, text in (("COMMANDS", "make : make\nuse < make : use\nreal : use data/none/x\n"), ("WRONG", "nosuch\n"), ("START", {"a.yaml": "a: 1\n"}), ("START_COMMANDS", ()), ("RATIOS", ["make"])):
             self.addCleanup(setattr, same_bytes.table, name, getattr(same_bytes.table, name))
             setattr(same_bytes.table, name, text)
         self.program("old")
