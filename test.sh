@@ -231,17 +231,14 @@ if wanted house; then house_rules; fi  # first: they take seconds
 
 incomplete=""
 if wanted tests; then
-  step "build: the programs"
-  build check waymark_programs
-  step "tests in real time; meanwhile the rest is built"  # they wait for most of their time
-  meanwhile build check
-  at_once=$((4 * jobs)) run_tests check -L '^real_time$' || incomplete=1
-  wait "$helper" || true  # what failed fails again here, with words
+  step "build"
   build check
+  step "tests in real time"  # nothing runs beside them: a busy machine makes them slow, and some kernels stop them for seconds
+  at_once=$((jobs + 1)) run_tests check -L '^real_time$' || incomplete=1
   step "all other tests"
   meanwhile build_sanitized
   run_tests check -LE '^real_time$' || incomplete=1
-  wait "$helper" || true
+  wait "$helper" || true  # what failed fails again below, with words
   helper=""
 fi
 

@@ -8,9 +8,23 @@
 
 namespace waymark {
 
+namespace {
+
+/// Any size up to 9 x 9, without the heap: the decomposition is compiled once for all sizes.
+using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
+using BoundedSolver = Eigen::SelfAdjointEigenSolver<Bounded>;
+
+BoundedSolver decomposed(const Bounded& A, int options) {
+  BoundedSolver solver(A.rows());
+  solver.compute(A, options);
+  return solver;
+}
+
+}  // namespace
+
 template <int N>
 SymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& A) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> solver(A);
+  const BoundedSolver solver = decomposed(A, Eigen::ComputeEigenvectors);
   return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
 }
 
@@ -23,7 +37,7 @@ template SymmetricEigen<9> symmetric_eigen<9>(const Eigen::Matrix<double, 9, 9>&
 
 template <int N>
 Eigen::Matrix<double, N, 1> symmetric_eigenvalues(const Eigen::Matrix<double, N, N>& A) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>>(A, Eigen::EigenvaluesOnly).eigenvalues();
+  return decomposed(A, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
 template Eigen::Matrix<double, 2, 1> symmetric_eigenvalues<2>(const Eigen::Matrix<double, 2, 2>&);
