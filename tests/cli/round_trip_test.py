@@ -146,7 +146,7 @@ READERS = {
 # Verbs without a row, and why.
 WITHOUT_A_ROW = {
     "demo": "writes the files of teach, map and replay", "run": "writes the files of teach, map and replay",
-    "experiment": "writes the files of teach and map", "samples": "samples_test.py", "view": "view_test.py",
+    "samples": "samples_test.py", "view": "view_test.py",
     "commission": "commission_test.py", "doctor": "reads a live camera", "stop": "no file", "explore": "no file", "cameras": "no file",
     "ros2": "a network", "limo": "a port", "mbot": "a network", "gazebo": "a network", "robot-sim": "speaks to a robot process"}
 

@@ -166,7 +166,7 @@ class Robot:
                 self._pass()
 
     def tick(self, ideal_rate=50.0):
-        """Paces a loop: simulated time passes until 1 / ideal_rate [s] after the last call, if it has not passed already."""
+        """Paces a loop: simulated time passes until 1 / ideal_rate [s] after the last call was due, if it has not passed already."""
         rate_hz = _number(ideal_rate, "Frequency.tick")
         if rate_hz <= 0:
             raise ValueError(f"Frequency.tick was given {rate_hz}: a rate above 0 is needed")
@@ -174,7 +174,8 @@ class Robot:
             due_s = self.now_s if self._ticked_s is None else self._ticked_s + 1 / rate_hz
             while self.now_s < due_s:
                 self._pass()
-            self._ticked_s = self.now_s
+            late = self.now_s - due_s > 1 / rate_hz  # a slow loop is not made up for
+            self._ticked_s = self.now_s if late else due_s
 
     def tags_yaml(self):
         """The file of the exercise: x, y, z [m] of the middle of each tag's board, and the heading [rad] of a robot that looks straight at the
