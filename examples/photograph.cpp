@@ -22,8 +22,10 @@ PhotographScene a_dozen_tags(Random& random) {
     const double distance = 0.9 * std::pow(1.13, i);  // 0.16 m at 0.9 m to 3.5 m: 160 to 41 px
     const Eigen::Vector3d direction(-0.48 + 0.32 * (i % 4), -0.26 + 0.26 * static_cast<double>(i / 4), 1);
     const SO3 cam_R_facing = SO3::from_rpy(-std::atan(direction.y()), std::atan(direction.x()), 0);
-    const SO3 turned =
-        SO3::from_rpy(random.uniform(-0.75, 0.75), random.uniform(-0.75, 0.75), random.uniform(-3, 3));
+    const double yaw = random.uniform(-3, 3);  // one after the other: compilers take arguments in any order
+    const double pitch = random.uniform(-0.75, 0.75);
+    const double roll = random.uniform(-0.75, 0.75);
+    const SO3 turned = SO3::from_rpy(roll, pitch, yaw);
     scene.tags.push_back({{FamilyId::Tag36h11, 10 + i}, {cam_R_facing * turned, distance * direction}, 0.16});
   }
   return scene;
