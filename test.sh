@@ -115,6 +115,9 @@ mkdir -p build
 # shellcheck source=tools/packages.sh
 source tools/packages.sh
 waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"
+# libc++ 14 lacks what the C++ library of Debian's emscripten lacks: the test web.sources reads the sources of web/ with its headers, in seconds and
+# without emscripten. Installed, it would remove libunwind-dev, without which there is no GStreamer.
+waymark_unpack build/libcxx libc++-14-dev || echo "test.sh: the headers of libc++ 14 cannot be fetched: the test web.sources fails"
 command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is one already
 tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the tests npm.* skip"
 tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"

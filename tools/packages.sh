@@ -18,8 +18,7 @@ WAYMARK_TEST_PACKAGES=(libsdl2-dev libgtest-dev libgmock-dev librapidcheck-dev l
   python3-nbformat python3-nbclient python3-ipykernel mkdocs mkdocs-material doxygen
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
   gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools openssl libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
-  libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev zstd libc++-14-dev libc++abi-14-dev)
-# libc++ 14 lacks what the C++ library of Debian's emscripten lacks: the test web.sources reads the sources of web/ with it in seconds, without emscripten.
+  libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev zstd)
 # The pages that work in the browser (test.sh --full=site, tools/build_web.sh).
 # shellcheck disable=SC2034  # whoever sources this
 WAYMARK_WEB_PACKAGES=(emscripten)
@@ -43,6 +42,24 @@ waymark_apt() {
     announced=1
     sleep 5
   done
+}
+
+# waymark_unpack FOLDER PACKAGE...: the files of packages below a folder, for those that cannot be installed beside others. Needs no root where apt has
+# its lists.
+waymark_unpack() {
+  local folder="$1" fetched package
+  shift
+  [ ! -d "$folder" ] || return 0
+  fetched=$(mktemp -d)
+  if (cd "$fetched" && apt-get -o DPkg::Lock::Timeout=600 download "$@") >"$fetched/log" 2>&1; then
+    for package in "$fetched"/*.deb; do dpkg -x "$package" "$folder.part"; done
+    mv "$folder.part" "$folder"
+    rm -rf "$fetched"
+  else
+    cat "$fetched/log" >&2
+    rm -rf "$fetched"
+    return 1
+  fi
 }
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
