@@ -15,6 +15,10 @@ set(WAYMARK_TESTS_robots drivers/watchdog drivers/keyboard drivers/gamepad drive
   drivers/limo drivers/mbot drivers/bridge drivers/ros2 drivers/gazebo drivers/ignition)
 set(WAYMARK_TESTS_app jobs server live cli)
 
+# The system's own interpreter, where there is one: it has the system's modules (NumPy, genpy).
+find_program(WAYMARK_PYTHON_PROGRAM python3 PATHS /usr/bin NO_DEFAULT_PATH)
+find_program(WAYMARK_PYTHON_PROGRAM python3)
+set(Python3_EXECUTABLE ${WAYMARK_PYTHON_PROGRAM})
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
 function(waymark_new_test_program target)
