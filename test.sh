@@ -102,15 +102,6 @@ run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals. A sele
   [ "$outcome" -eq 0 ]
 }
 
-helper=""
-meanwhile() {  # meanwhile COMMAND...: in the background, at the lowest priority; ends with this script
-  set -m  # a process group of its own, to be ended as a whole
-  (renice -n 19 "$BASHPID" >/dev/null; "$@") >build/meanwhile.log 2>&1 </dev/null &
-  helper=$!
-  set +m
-}
-trap '[ -z "$helper" ] || kill -- "-$helper" 2>/dev/null || true' EXIT
-
 mkdir -p build
 # shellcheck source=tools/packages.sh
 source tools/packages.sh
@@ -236,13 +227,10 @@ incomplete=""
 if wanted tests; then
   step "build"
   build check
-  step "tests in real time"  # nothing runs beside them: a busy machine makes them slow, and some kernels stop them for seconds
+  step "tests in real time"  # nothing runs beside them: beside a build at the lowest priority some kernels stop them for seconds
   at_once=$((jobs + 1)) run_tests check -L '^real_time$' || incomplete=1
   step "all other tests"
-  meanwhile build_sanitized
   run_tests check -LE '^real_time$' || incomplete=1
-  wait "$helper" || true  # what failed fails again below, with words
-  helper=""
 fi
 
 if wanted sanitizers; then
