@@ -1,4 +1,4 @@
-# A dozen test programs for all rooms: a program a room would link the same libraries fifty times.
+# Ten test programs for all rooms: one program per room would link the same libraries fifty times.
 #
 # ctest has one entry for each file with tests, named and labelled after its room: `ctest -L '^mapping/lap$'`, `ctest -R geometry.se3`.
 # tools/list_tests.py asks a program, once it is linked, which tests it holds.
