@@ -27,6 +27,14 @@ def until_it_catches(process, number):
     until(handled, f"signal {number} is not handled")
 
 
+def until_taken(process, number):
+    """Waits until a signal that was sent to a process is no longer pending: its handler runs, or the process has ended."""
+    def pending():
+        status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+        return any(int(mask, 16) >> (number - 1) & 1 for mask in re.findall(r"^(?:Sig|Shd)Pnd:\s*(\w+)$", status, re.M))
+    until(lambda: not pending(), f"signal {number} is pending")
+
+
 def until_full(pipe):
     """Waits until whoever writes to a pipe that nobody reads has to wait: it is nearly full, and stays as it is for a while."""
     def unread():

@@ -190,6 +190,15 @@ TEST(CameraCalibration, RefusesWhatTellsNothing) {
   auto broken = views;
   broken[0][0].corners_px[2].x() = std::nan("");
   EXPECT_FALSE(calibrate_camera(broken, board(), kWidth, kHeight));
+  std::vector<TargetPicture> points;  // pictures in which every mark is at one point: poses are not determined
+  for (const auto& view : views) {
+    points.push_back(target_marks(view, board()));
+    for (TargetMark& mark : points.back()) {
+      mark.target_points_m.assign(4, {0.01, 0, 0});
+      mark.seen_px.assign(4, {300, 200});
+    }
+  }
+  EXPECT_FALSE(calibrate_camera(points, kWidth, kHeight));
   auto mixed = views;  // numbers that say nothing about places
   for (auto& view : mixed)
     for (std::size_t i = 0; i < view.size(); ++i) view[i].tag.number = static_cast<int>((7 * i + 3) % 30);

@@ -105,6 +105,20 @@ TEST(IntrinsicsFit, PosesAloneAreFoundForAKnownCamera) {
     EXPECT_LT(minus(seen[i].target_T_cam, where[i].target_T_cam).norm(), 1e-5) << i;
 }
 
+TEST(IntrinsicsFit, HasNoInformationIfAPoseIsNotDetermined) {
+  auto seen = views(4, kSigmaPx);
+  ASSERT_GT(fit_intrinsics(seen, truth(), options())->information.size(), 0);
+  seen[3].marks = {seen[3].marks[0], seen[3].marks[0]};
+  for (ViewMark& mark : seen[3].marks)  // one point, four times
+    for (std::size_t i = 1; i < 4; ++i) {
+      mark.seen.target_points_m[i] = mark.seen.target_points_m[0];
+      mark.seen.seen_px[i] = mark.seen.seen_px[0];
+    }
+  const auto fit = fit_intrinsics(seen, truth(), options());
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->information.size(), 0);
+}
+
 TEST(IntrinsicsFit, TheOrderOfViewsDoesNotMatter) {
   auto forwards = views(5, kSigmaPx);
   auto backwards = forwards;
