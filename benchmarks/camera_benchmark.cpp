@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 
 #include "waymark/base/random.hpp"
+#include "waymark/cameras/v4l2/grey.hpp"
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/drivers/v4l2/grey.hpp"
 
 namespace waymark {
 namespace {

@@ -4,9 +4,9 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/sample_recorder.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark {
 namespace {

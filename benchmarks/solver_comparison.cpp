@@ -21,9 +21,9 @@
 #include "tests/support/tag_scenes.hpp"
 #include "waymark/config/tagslam_folder.hpp"
 #include "waymark/jobs/scene_recording.hpp"
-#include "waymark/mapping/optimization/bundle_terms.hpp"
-#include "waymark/mapping/optimization/front_cholesky.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
+#include "waymark/mapping/solver/bundle_terms.hpp"
+#include "waymark/mapping/solver/front_cholesky.hpp"
 
 namespace {
 

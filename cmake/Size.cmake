@@ -1,10 +1,10 @@
 # A release is compiled for speed (-O3) where a robot waits for it. The rooms that read options and files, print and draw are compiled for size in
 # packages, and quickly (-O1) elsewhere. Functions without a caller are left out of the programs.
-set(WAYMARK_SMALL_ROOMS cli config jobs live media plot sdf server drivers/bridge drivers/dds drivers/fastdds drivers/gamepad drivers/gazebo
-  drivers/gstreamer drivers/ignition drivers/keyboard drivers/limo drivers/mbot drivers/process drivers/ros2 drivers/v4l2 drivers/watchdog)
-set(WAYMARK_MEDIUM_ROOMS recording mapping/calibration mapping/scene evaluation)  # -O2
-set(WAYMARK_QUICK_ROOMS geometry camera samples tags pose factors mapping/optimization mapping/lap mapping/calibration mapping/scene localization replay
-  simulation evaluation pipeline runtime codecs recording drivers/simulated)
+set(WAYMARK_SMALL_ROOMS cli config jobs live media plot sdf server robots/wire robots/dds robots/fastdds inputs/gamepad robots/gazebo
+  cameras/gstreamer robots/ignition inputs/keyboard robots/limo robots/mbot robots/process robots/ros2 cameras/v4l2 robots/watchdog)
+set(WAYMARK_MEDIUM_ROOMS recording mapping/camera mapping/scene evaluation)  # -O2
+set(WAYMARK_QUICK_ROOMS geometry camera samples tags pose factors mapping/solver mapping/lap mapping/camera mapping/scene localization replay
+  simulation evaluation pipeline runtime codecs recording robots/simulated)
 
 set(WAYMARK_FOR_SIZE OFF)
 if(PROJECT_IS_TOP_LEVEL AND CMAKE_BUILD_TYPE MATCHES "^(Release|RelWithDebInfo)$" AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang" AND NOT WAYMARK_SANITIZE AND NOT APPLE)

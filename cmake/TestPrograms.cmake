@@ -4,15 +4,15 @@
 # tools/list_tests.py asks a program, once it is linked, which tests it holds.
 set(WAYMARK_TEST_PROGRAMS core bytes tags mapping localization replay simulation files robots app)
 set(WAYMARK_TESTS_core geometry image families camera samples factors)
-set(WAYMARK_TESTS_bytes base codecs recording drivers/process)  # what the sanitizers see in the short run
+set(WAYMARK_TESTS_bytes base codecs recording robots/process)  # what the sanitizers see in the short run
 set(WAYMARK_TESTS_tags tags pose)
-set(WAYMARK_TESTS_mapping mapping/optimization mapping/lap mapping/scene mapping/calibration)
+set(WAYMARK_TESTS_mapping mapping/solver mapping/lap mapping/scene mapping/camera)
 set(WAYMARK_TESTS_localization localization)
 set(WAYMARK_TESTS_replay replay pipeline runtime)
-set(WAYMARK_TESTS_simulation simulation drivers/simulated evaluation)
+set(WAYMARK_TESTS_simulation simulation robots/simulated evaluation)
 set(WAYMARK_TESTS_files config plot media media/opencv sdf sdf/sdformat)
-set(WAYMARK_TESTS_robots drivers/watchdog drivers/keyboard drivers/gamepad drivers/gstreamer drivers/v4l2 drivers/modules drivers/dds drivers/fastdds
-  drivers/limo drivers/mbot drivers/bridge drivers/ros2 drivers/gazebo drivers/ignition)
+set(WAYMARK_TESTS_robots robots/watchdog inputs/keyboard inputs/gamepad cameras/gstreamer cameras/v4l2 modules robots/dds robots/fastdds
+  robots/limo robots/mbot robots/wire robots/ros2 robots/gazebo robots/ignition)
 set(WAYMARK_TESTS_app jobs server live cli)
 
 # The system's own interpreter, where there is one: it has the system's modules (NumPy, genpy).

@@ -48,7 +48,7 @@ function(waymark_room name)
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$|/main\\.cpp$")
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
 
-  # A room in a room (drivers/simulated) is the target waymark_drivers_simulated.
+  # A room in a room (robots/simulated) is the target waymark_robots_simulated.
   set(room ${name})
   string(REPLACE "/" "_" name ${name})
   string(REPLACE "/" "_" ROOM_USES "${ROOM_USES}")

@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <map>
 
-#include "waymark/drivers/limo/command_gate.hpp"
-#include "waymark/drivers/limo/limo_bridge.hpp"
-#include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/robots/limo/command_gate.hpp"
+#include "waymark/robots/limo/limo_bridge.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "waymark/drivers/mbot/mbot_bridge.hpp"
+#include "waymark/robots/mbot/mbot_bridge.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace waymark;

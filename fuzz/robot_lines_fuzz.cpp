@@ -7,7 +7,7 @@
 #include <string>
 #include <variant>
 
-#include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
 
 namespace {
 

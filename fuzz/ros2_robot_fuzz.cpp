@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "waymark/config/share.hpp"
-#include "waymark/drivers/ros2/initial_pose.hpp"
-#include "waymark/drivers/ros2/message_text.hpp"
-#include "waymark/drivers/ros2/robot_bridge.hpp"
+#include "waymark/robots/ros2/initial_pose.hpp"
+#include "waymark/robots/ros2/message_text.hpp"
+#include "waymark/robots/ros2/robot_bridge.hpp"
 
 namespace {
 

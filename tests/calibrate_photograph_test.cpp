@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/mapping/calibration/camera_calibration.hpp"
+#include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/simulation/photograph.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 #include "waymark/tags/tag_finder.hpp"

@@ -7,9 +7,9 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/drivers/simulated/simulated_source.hpp"
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/recording/sample_recorder.hpp"
+#include "waymark/robots/simulated/simulated_source.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/simulation/path.hpp"
 

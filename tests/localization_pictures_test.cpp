@@ -8,10 +8,10 @@
 
 #include "tests/support/circuit_lap.hpp"
 #include "waymark/config/robot_file.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/evaluation/pose_pairs.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark {
 namespace {

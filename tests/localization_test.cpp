@@ -13,12 +13,12 @@
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/drivers/simulated/simulated_robot.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_calibration.hpp"
 #include "waymark/localization/smoother.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/message_log.hpp"
+#include "waymark/robots/simulated/simulated_robot.hpp"
 #include "waymark/simulation/path.hpp"
 #include "waymark/simulation/scripted_driver.hpp"
 

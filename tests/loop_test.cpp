@@ -8,7 +8,6 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/drivers/simulated/simulated_robot.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -16,6 +15,7 @@
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/replay/route_builder.hpp"
+#include "waymark/robots/simulated/simulated_robot.hpp"
 #include "waymark/simulation/path.hpp"
 #include "waymark/simulation/scripted_driver.hpp"
 

@@ -7,12 +7,12 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/replay/route_progress.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/path.hpp"
 

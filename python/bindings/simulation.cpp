@@ -15,7 +15,7 @@
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/values.hpp"
 #include "waymark/config/robot_file.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/simulation/photograph.hpp"
 
 namespace waymark::python {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "waymark/config/robot_file.hpp"
-#include "waymark/drivers/simulated/detecting_camera.hpp"
-#include "waymark/drivers/simulated/simulated_robot.hpp"
+#include "waymark/robots/simulated/detecting_camera.hpp"
+#include "waymark/robots/simulated/simulated_robot.hpp"
 
 namespace waymark::python {
 

@@ -1,4 +1,4 @@
-"""AgileX LIMO's serial wire, written from the tables of its documentation alone: no line is shared with waymark/drivers/limo.
+"""AgileX LIMO's serial wire, written from the tables of its documentation alone: no line is shared with waymark/robots/limo.
 
 A frame has 14 bytes: 55 0E, number of the message, eight bytes of data, a counter, the sum of the data modulo 256; numbers are
 big-endian. `Limo` is a robot on a pseudo-terminal that obeys such frames and judges them.

@@ -62,7 +62,7 @@ class Package(unittest.TestCase):
         for topic in topics:
             self.assertIn(f'"{topic}"', sources)
         heard = {tool["Topic"]["Value"] for tool in manager["Tools"] if "Topic" in tool}
-        self.assertEqual(heard, set(re.findall(r'kInitialPoseTopic = "(.*)"', (PACKAGE.parent / "waymark/drivers/ros2/initial_pose.hpp").read_text())))
+        self.assertEqual(heard, set(re.findall(r'kInitialPoseTopic = "(.*)"', (PACKAGE.parent / "waymark/robots/ros2/initial_pose.hpp").read_text())))
 
 
 if __name__ == "__main__":

@@ -10,9 +10,9 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 /// Laps of circuit24 with noisy corners, and how maps of them are judged.
 namespace waymark::test {

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "waymark/drivers/dds/bus.hpp"
+#include "waymark/robots/dds/bus.hpp"
 
 namespace waymark::test {
 

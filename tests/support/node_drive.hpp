@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/fake_bus.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/ros2_node.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark::test {
 

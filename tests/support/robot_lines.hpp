@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
 
 namespace waymark::test {
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "waymark/cli/console.hpp"
-#include "waymark/drivers/watchdog/stop_socket.hpp"
 #include "waymark/jobs/job_control.hpp"
+#include "waymark/robots/watchdog/stop_socket.hpp"
 
 namespace waymark::cli {
 

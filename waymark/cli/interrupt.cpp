@@ -7,8 +7,8 @@
 #include <unistd.h>
 
 #include "waymark/base/time.hpp"
-#include "waymark/drivers/keyboard/terminal_settings.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/inputs/keyboard/terminal_settings.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark::cli {
 namespace {

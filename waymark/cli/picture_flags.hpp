@@ -6,8 +6,8 @@
 
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/live/robot_setup.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark::cli {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/drivers/dds/ros_environment.hpp"
+#include "waymark/robots/dds/ros_environment.hpp"
 
 namespace CLI {
 class App;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "waymark/cli/console.hpp"
-#include "waymark/drivers/process/robot_wire.hpp"
+#include "waymark/robots/process/robot_wire.hpp"
 
 namespace waymark::cli {
 

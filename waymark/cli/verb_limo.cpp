@@ -1,7 +1,7 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/standard_wire.hpp"
 #include "waymark/config/robot_list.hpp"
-#include "waymark/drivers/limo/limo_robot.hpp"
+#include "waymark/robots/limo/limo_robot.hpp"
 
 namespace waymark::cli {
 namespace {

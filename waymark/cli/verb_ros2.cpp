@@ -2,8 +2,8 @@
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/standard_wire.hpp"
 #include "waymark/config/robot_list.hpp"
-#include "waymark/drivers/ros2/relay.hpp"
-#include "waymark/drivers/ros2/ros2_robot.hpp"
+#include "waymark/robots/ros2/relay.hpp"
+#include "waymark/robots/ros2/ros2_robot.hpp"
 
 namespace waymark::cli {
 namespace {

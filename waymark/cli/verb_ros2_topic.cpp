@@ -2,10 +2,10 @@
 
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/ros2_flags.hpp"
-#include "waymark/drivers/dds/discovery.hpp"
-#include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/ros2/message_text.hpp"
-#include "waymark/drivers/ros2/topic_tools.hpp"
+#include "waymark/robots/dds/discovery.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/ros2/message_text.hpp"
+#include "waymark/robots/ros2/topic_tools.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "waymark/cli/parts.hpp"
-#include "waymark/drivers/watchdog/stop_socket.hpp"
+#include "waymark/robots/watchdog/stop_socket.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include "waymark/jobs/calibration_target.hpp"
 #include "waymark/jobs/detect_all.hpp"
 #include "waymark/jobs/video_views.hpp"
-#include "waymark/mapping/calibration/camera_calibration.hpp"
+#include "waymark/mapping/camera/camera_calibration.hpp"
 
 /// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
 namespace waymark {

@@ -6,7 +6,7 @@
 
 #include "waymark/base/job_field.hpp"
 #include "waymark/jobs/flag_refusals.hpp"
-#include "waymark/mapping/calibration/target_mark.hpp"
+#include "waymark/mapping/camera/target_mark.hpp"
 #include "waymark/media/board_finder.hpp"
 #include "waymark/tags/tag_finder.hpp"
 

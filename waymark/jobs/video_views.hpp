@@ -5,7 +5,7 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/mapping/calibration/target_mark.hpp"
+#include "waymark/mapping/camera/target_mark.hpp"
 
 namespace waymark {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "waymark/drivers/gstreamer/gstreamer_camera.hpp"
-#include "waymark/drivers/v4l2/v4l2_camera.hpp"
+#include "waymark/cameras/gstreamer/gstreamer_camera.hpp"
+#include "waymark/cameras/v4l2/v4l2_camera.hpp"
 
 namespace waymark {
 

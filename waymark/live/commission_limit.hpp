@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/live/robot_setup.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
 #include "waymark/samples/robot_model.hpp"
 #include "waymark/samples/robot_samples.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "waymark/drivers/process/process_robot.hpp"
+#include "waymark/robots/process/process_robot.hpp"
 #include "waymark/runtime/commission_trace.hpp"
 
 /// Stops that no session asks for: the commands cease, the driving process is killed, the data cease. In real

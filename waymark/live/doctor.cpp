@@ -12,9 +12,9 @@
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/camera_file.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/jobs/shell_word.hpp"
 #include "waymark/live/camera_address.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

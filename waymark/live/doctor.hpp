@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/drivers/v4l2/device_list.hpp"
+#include "waymark/cameras/v4l2/device_list.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 /// Checks of a computer before a drive (`waymark doctor`).

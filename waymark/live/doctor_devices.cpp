@@ -6,9 +6,9 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "waymark/drivers/limo/serial_port.hpp"
-#include "waymark/drivers/watchdog/device_file.hpp"
 #include "waymark/live/doctor_network.hpp"
+#include "waymark/robots/limo/serial_port.hpp"
+#include "waymark/robots/watchdog/device_file.hpp"
 
 namespace waymark {
 namespace {

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/drivers/gazebo/gazebo_robot.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/doctor_network.hpp"
+#include "waymark/robots/gazebo/gazebo_robot.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

@@ -1,11 +1,14 @@
 #include "waymark/live/doctor_job.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/suggest.hpp"
+#include "waymark/live/doctor_limo.hpp"
 #include "waymark/live/doctor_map.hpp"
 #include "waymark/live/doctor_network.hpp"
 #include "waymark/live/robot_kinds.hpp"
@@ -24,6 +27,32 @@ DoctorLine calibration_line(const std::string& file) {
   if (!file.empty()) return check_calibration(file, std::filesystem::file_time_type::clock::now());
   return {"calibration", DoctorLevel::Warn, "no calibration was named, and there is no calibration.yaml here",
           "waymark doctor --camera FILE"};
+}
+
+/// What is found at the address of a robot of some kind, without moving it.
+struct RobotCheck {
+  std::string_view kind;
+  std::vector<DoctorLine> (*check)(const std::string& address, const DoctorCancelled& cancelled);
+};
+constexpr std::array kRobotChecks = {RobotCheck{"ros2", check_ros2}, RobotCheck{"limo", check_limo},
+                                     RobotCheck{"mbot", check_mbot}, RobotCheck{"gazebo", check_gazebo}};
+
+/// The lines of a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that has no checks.
+Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const DoctorCancelled& cancelled) {
+  std::vector<std::string> names;
+  for (const RobotKind& kind : robot_kinds()) {
+    const auto* const row = std::ranges::find(kRobotChecks, kind.name, &RobotCheck::kind);
+    if (row == kRobotChecks.end()) continue;
+    const std::string begin = std::string(kind.name) + ":";
+    if (robot.starts_with(begin)) {
+      const auto start = kind.start(robot.substr(begin.size()), "");  // fails if the address is invalid
+      if (!start) return tl::unexpected(start.error());
+      return row->check(robot.substr(begin.size()), cancelled);
+    }
+    names.push_back(begin + std::string(kind.address));
+  }
+  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'",
+              {.key = "--robot"}, suggestion(robot, names));
 }
 
 /// The loop of a robot on drawn pictures.

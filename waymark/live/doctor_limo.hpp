@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "waymark/drivers/limo/limo_probe.hpp"
 #include "waymark/live/doctor.hpp"
+#include "waymark/robots/limo/limo_probe.hpp"
 
 namespace waymark {
 

@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/drivers/mbot/presence.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/doctor_network.hpp"
 #include "waymark/recording/mbot_messages.hpp"
+#include "waymark/robots/mbot/presence.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

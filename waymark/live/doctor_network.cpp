@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/drivers/process/sender_watch.hpp"
+#include "waymark/robots/process/sender_watch.hpp"
 
 namespace waymark {
 namespace {

@@ -7,15 +7,15 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/dds/ros_names.hpp"
-#include "waymark/drivers/ros2/profile.hpp"
-#include "waymark/drivers/ros2/publisher_names.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/doctor_network.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/ros2_messages.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/ros2/profile.hpp"
+#include "waymark/robots/ros2/publisher_names.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

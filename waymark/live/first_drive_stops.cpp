@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "waymark/drivers/watchdog/command_watch.hpp"
-#include "waymark/drivers/watchdog/stop_socket.hpp"
 #include "waymark/live/commission_stop_trials.hpp"
 #include "waymark/live/first_drive.hpp"
 #include "waymark/live/stop_key.hpp"
+#include "waymark/robots/watchdog/command_watch.hpp"
+#include "waymark/robots/watchdog/stop_socket.hpp"
 
 namespace waymark {
 namespace {

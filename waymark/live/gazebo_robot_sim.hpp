@@ -1,9 +1,9 @@
 #pragma once
 
-#include "waymark/drivers/gazebo/gazebo_link.hpp"
-#include "waymark/drivers/gazebo/profile.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
+#include "waymark/robots/gazebo/gazebo_link.hpp"
+#include "waymark/robots/gazebo/profile.hpp"
 
 namespace waymark {
 

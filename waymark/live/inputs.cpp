@@ -7,10 +7,10 @@
 #include <unistd.h>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/drivers/gamepad/pad_input.hpp"
-#include "waymark/drivers/keyboard/key_input.hpp"
-#include "waymark/drivers/keyboard/line_input.hpp"
-#include "waymark/drivers/simulated/script_driver.hpp"
+#include "waymark/inputs/gamepad/pad_input.hpp"
+#include "waymark/inputs/keyboard/key_input.hpp"
+#include "waymark/inputs/keyboard/line_input.hpp"
+#include "waymark/robots/simulated/script_driver.hpp"
 #include "waymark/runtime/script_input.hpp"
 #include "waymark/runtime/viewer_input.hpp"
 #include "waymark/server/live_feed.hpp"

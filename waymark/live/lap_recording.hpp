@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "waymark/drivers/simulated/detecting_camera.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/teach_lap.hpp"
 #include "waymark/recording/sample_recorder.hpp"
+#include "waymark/robots/simulated/detecting_camera.hpp"
 #include "waymark/runtime/lap_monitor.hpp"
 
 namespace waymark {

@@ -13,11 +13,11 @@
 #include <termios.h>
 
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/drivers/limo/limo_messages.hpp"
-#include "waymark/drivers/process/robot_messages.hpp"
-#include "waymark/drivers/watchdog/device_file.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/plant_pace.hpp"
+#include "waymark/robots/limo/limo_messages.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
+#include "waymark/robots/watchdog/device_file.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

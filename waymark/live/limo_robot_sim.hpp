@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
 #include "waymark/live/wire_faults.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark {
 

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <spawn.h>
 
-#include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/dds/ros_environment.hpp"
-#include "waymark/drivers/dds/ros_graph.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/ros_environment.hpp"
+#include "waymark/robots/dds/ros_graph.hpp"
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 

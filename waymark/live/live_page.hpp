@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "waymark/base/job_field.hpp"
-#include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/live/ros2_node.hpp"
+#include "waymark/robots/dds/ros_environment.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/server/http_server.hpp"
 #include "waymark/server/live_feed.hpp"

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "waymark/drivers/process/process_robot.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/live/robot_with_cameras.hpp"
+#include "waymark/robots/process/process_robot.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/tags/tag_finder.hpp"

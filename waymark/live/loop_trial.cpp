@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "waymark/base/random.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/families/family.hpp"
 #include "waymark/live/doctor.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 
 namespace waymark {

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/drivers/mbot/presence.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/live/plant_pace.hpp"
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/recording/mbot_messages.hpp"
+#include "waymark/robots/mbot/presence.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

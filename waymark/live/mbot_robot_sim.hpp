@@ -1,9 +1,9 @@
 #pragma once
 
-#include "waymark/drivers/mbot/lcm_link.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
+#include "waymark/robots/mbot/lcm_link.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark {
 

@@ -3,13 +3,13 @@
 #include <optional>
 #include <utility>
 
-#include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/dds/ros_environment.hpp"
-#include "waymark/drivers/ros2/log_publisher.hpp"
-#include "waymark/drivers/ros2/topic_tools.hpp"
-#include "waymark/drivers/ros2/zero_guard.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/jobs/play_log.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/ros_environment.hpp"
+#include "waymark/robots/ros2/log_publisher.hpp"
+#include "waymark/robots/ros2/topic_tools.hpp"
+#include "waymark/robots/ros2/zero_guard.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

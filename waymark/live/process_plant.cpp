@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/drivers/process/process_robot.hpp"
+#include "waymark/robots/process/process_robot.hpp"
 
 namespace waymark {
 namespace {

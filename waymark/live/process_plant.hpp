@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "waymark/drivers/watchdog/robot_command.hpp"
 #include "waymark/live/plant.hpp"
+#include "waymark/robots/watchdog/robot_command.hpp"
 
 namespace waymark {
 

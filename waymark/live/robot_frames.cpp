@@ -3,9 +3,9 @@
 #include <chrono>
 #include <utility>
 
-#include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
 
 namespace waymark {
 namespace {

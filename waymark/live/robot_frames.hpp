@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "waymark/base/time.hpp"
-#include "waymark/drivers/dds/bus.hpp"
-#include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/recording/frame_tree.hpp"
 #include "waymark/recording/ros2_messages.hpp"
+#include "waymark/robots/dds/bus.hpp"
+#include "waymark/robots/ros2/profile.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {

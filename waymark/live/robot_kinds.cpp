@@ -7,12 +7,10 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/drivers/gazebo/profile.hpp"
-#include "waymark/drivers/mbot/lcm_link.hpp"
-#include "waymark/drivers/ros2/profile.hpp"
-#include "waymark/live/doctor_limo.hpp"
-#include "waymark/live/doctor_network.hpp"
 #include "waymark/live/own_robot.hpp"
+#include "waymark/robots/gazebo/profile.hpp"
+#include "waymark/robots/mbot/lcm_link.hpp"
+#include "waymark/robots/ros2/profile.hpp"
 
 namespace waymark {
 namespace {
@@ -63,13 +61,11 @@ Result<RobotStart> start_gazebo(const std::string& profile, const std::string& r
 constexpr std::array kKinds = {
     RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
               start_command},
-    RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2,
-              check_ros2},
-    RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo, check_limo},
+    RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2},
+    RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo},
     RobotKind{"mbot", "ADDRESS",
-              "an MBot on LCM, by default udpm://239.255.76.67:7667?ttl=0: docs/howto/mbot.md", start_mbot,
-              check_mbot},
-    RobotKind{"gazebo", "PROFILE", "limo, or a .yaml file: docs/howto/gazebo.md", start_gazebo, check_gazebo},
+              "an MBot on LCM, by default udpm://239.255.76.67:7667?ttl=0: docs/howto/mbot.md", start_mbot},
+    RobotKind{"gazebo", "PROFILE", "limo, or a .yaml file: docs/howto/gazebo.md", start_gazebo},
 };
 
 }  // namespace
@@ -144,22 +140,6 @@ Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup
     setup.live_cameras.push_back(std::move(*camera));
   }
   return {};
-}
-
-Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const DoctorCancelled& cancelled) {
-  std::vector<std::string> names;
-  for (const RobotKind& kind : kKinds) {
-    if (kind.check == nullptr) continue;
-    const std::string begin = std::string(kind.name) + ":";
-    if (robot.starts_with(begin)) {
-      const auto start = kind.start(robot.substr(begin.size()), "");  // fails on an address that is none
-      if (!start) return tl::unexpected(start.error());
-      return kind.check(robot.substr(begin.size()), cancelled);
-    }
-    names.push_back(begin + std::string(kind.address));
-  }
-  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'",
-              {.key = "--robot"}, suggestion(robot, names));
 }
 
 bool finds_tags_itself(const std::string& robot) {

@@ -7,7 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/live/doctor.hpp"
 #include "waymark/live/robot_setup.hpp"
 
 /// The robots of `--robot KIND:ADDRESS`, which are driven by a process of their own
@@ -28,9 +27,6 @@ struct RobotKind {
   std::string_view help;     ///< what the address is, in some words
   /// `robot_file`: what a user names; empty: none. Fails on an address that makes no sense.
   Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
-  /// What `waymark doctor` finds at the address, without moving the robot; null: nothing but what the other
-  /// checks find.
-  std::vector<DoctorLine> (*check)(const std::string& address, const DoctorCancelled& cancelled) = nullptr;
 };
 
 /// All of them.
@@ -56,11 +52,6 @@ struct RobotKind {
 
 /// Gives the setup of a robot that is a process the cameras of --camera-source: [NAME=]ADDRESS each.
 [[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
-
-/// The lines of `waymark doctor` for a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that
-/// has no checks.
-[[nodiscard]] Result<std::vector<DoctorLine>> check_robot(const std::string& robot,
-                                                          const DoctorCancelled& cancelled);
 
 /// Whether the robot sends tags instead of pictures, so that this computer looks for none.
 [[nodiscard]] bool finds_tags_itself(const std::string& robot);

@@ -9,10 +9,10 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/job_field.hpp"
 #include "waymark/config/robot_file.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
-#include "waymark/drivers/watchdog/robot_command.hpp"
 #include "waymark/jobs/flag_refusals.hpp"
 #include "waymark/live/camera_address.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
+#include "waymark/robots/watchdog/robot_command.hpp"
 #include "waymark/tags/detector_options.hpp"
 
 namespace waymark {

@@ -3,12 +3,12 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/mbot/presence.hpp"
 #include "waymark/live/gazebo_robot_sim.hpp"
 #include "waymark/live/process_plant.hpp"
 #include "waymark/live/ros2_robot_sim.hpp"
 #include "waymark/live/simulated_plant.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/mbot/presence.hpp"
 #include "waymark/simulation/path.hpp"
 
 namespace waymark {

@@ -6,13 +6,13 @@
 #include <string>
 
 #include "waymark/base/job_field.hpp"
-#include "waymark/drivers/dds/bus.hpp"
-#include "waymark/drivers/watchdog/robot_command.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/limo_robot_sim.hpp"
 #include "waymark/live/mbot_robot_sim.hpp"
 #include "waymark/live/robot_setup.hpp"
 #include "waymark/live/simulated_process.hpp"
+#include "waymark/robots/dds/bus.hpp"
+#include "waymark/robots/watchdog/robot_command.hpp"
 
 /// A simulated robot that speaks as a real one does (`waymark robot-sim`).
 namespace waymark {

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include "waymark/config/robot_list.hpp"
-#include "waymark/drivers/gazebo/profile.hpp"
-#include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/live/robot_kinds.hpp"
+#include "waymark/robots/gazebo/profile.hpp"
+#include "waymark/robots/ros2/profile.hpp"
 
 namespace waymark {
 namespace {

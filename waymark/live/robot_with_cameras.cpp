@@ -4,7 +4,7 @@
 #include <utility>
 #include <variant>
 
-#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

@@ -7,11 +7,11 @@
 #include <fmt/ranges.h>
 
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/drivers/dds/ros_names.hpp"
-#include "waymark/drivers/ros2/initial_pose.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/plot/annotate.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/ros2/initial_pose.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

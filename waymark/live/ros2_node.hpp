@@ -10,11 +10,11 @@
 #include <string_view>
 #include <thread>
 
-#include "waymark/drivers/dds/bus.hpp"
-#include "waymark/drivers/ros2/trigger_service.hpp"
 #include "waymark/live/robot_frames.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/robots/dds/bus.hpp"
+#include "waymark/robots/ros2/trigger_service.hpp"
 #include "waymark/server/live_feed.hpp"
 
 namespace waymark {

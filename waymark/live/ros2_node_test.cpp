@@ -6,9 +6,9 @@
 
 #include "tests/support/node_drive.hpp"
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/drivers/dds/ros_names.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

@@ -10,13 +10,13 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/drivers/dds/ros_names.hpp"
-#include "waymark/drivers/ros2/publisher_names.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/live/plant_pace.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/ros2/publisher_names.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

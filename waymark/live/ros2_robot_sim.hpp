@@ -1,9 +1,9 @@
 #pragma once
 
-#include "waymark/drivers/dds/bus.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
+#include "waymark/robots/dds/bus.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark {
 

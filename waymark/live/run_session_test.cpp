@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/drivers/gamepad/pad_input.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/inputs/gamepad/pad_input.hpp"
 #include "waymark/simulation/path.hpp"
 #include "waymark/simulation/scripted_driver.hpp"
 

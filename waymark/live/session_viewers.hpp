@@ -5,8 +5,9 @@
 #include <string>
 
 #include "waymark/live/live_page.hpp"
-#include "waymark/live/live_replay.hpp"
+#include "waymark/live/robot_setup.hpp"
 #include "waymark/live/stop_key.hpp"
+#include "waymark/pipeline/replayer.hpp"
 #include "waymark/runtime/viewer_input.hpp"
 
 namespace waymark {

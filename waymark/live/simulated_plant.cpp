@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "waymark/drivers/simulated/simulated_robot.hpp"
+#include "waymark/robots/simulated/simulated_robot.hpp"
 
 namespace waymark {
 namespace {

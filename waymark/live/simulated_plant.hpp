@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/live/plant.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark {
 

@@ -13,9 +13,9 @@
 #include <unistd.h>
 
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/drivers/process/robot_messages.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/plant_pace.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

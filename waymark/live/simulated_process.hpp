@@ -1,8 +1,8 @@
 #pragma once
 
-#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 
 namespace waymark {
 

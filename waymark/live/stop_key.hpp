@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "waymark/drivers/keyboard/terminal_keys.hpp"
+#include "waymark/inputs/keyboard/terminal_keys.hpp"
 
 namespace waymark {
 

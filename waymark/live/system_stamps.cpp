@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/drivers/simulated/script_driver.hpp"
 #include "waymark/live/inputs.hpp"
 #include "waymark/live/lap_recording.hpp"
 #include "waymark/live/start_recording.hpp"
+#include "waymark/robots/simulated/script_driver.hpp"
 #include "waymark/runtime/teach_session.hpp"
 
 namespace waymark {

@@ -1,6 +1,6 @@
 #include "waymark/media/board_finder.hpp"
 
-#include "waymark/drivers/modules/load_module.hpp"
+#include "waymark/modules/load_module.hpp"
 
 namespace waymark {
 

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/drivers/modules/shared_library.hpp"
+#include "waymark/modules/shared_library.hpp"
 
 namespace waymark::internal {
 namespace {

@@ -96,7 +96,7 @@ class Operator {
 };
 
 struct OperatorPadOptions {
-  int go_button = 3;          ///< Y, the triangle (numbers: drivers/gamepad)
+  int go_button = 3;          ///< Y, the triangle (numbers: inputs/gamepad)
   int stop_button = 1;        ///< B, the circle
   int quit_button = 4;        ///< back
   double stick_motion = 0.3;  ///< a stick that is so far off its middle is meant

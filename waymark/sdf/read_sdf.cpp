@@ -7,7 +7,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "waymark/drivers/modules/load_module.hpp"
+#include "waymark/modules/load_module.hpp"
 
 namespace waymark {
 namespace {

@@ -17,8 +17,8 @@
 #include "waymark/mapping/lap/rough_odometry.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
 #include "waymark/mapping/lap/trajectory_jumps.hpp"
-#include "waymark/mapping/optimization/image_region.hpp"
-#include "waymark/mapping/optimization/stopped.hpp"
+#include "waymark/mapping/solver/image_region.hpp"
+#include "waymark/mapping/solver/stopped.hpp"
 
 namespace waymark {
 namespace {

@@ -8,7 +8,7 @@
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/lap/landmark_problem.hpp"
 #include "waymark/mapping/lap/odometry_track.hpp"
-#include "waymark/mapping/optimization/front_cholesky.hpp"
+#include "waymark/mapping/solver/front_cholesky.hpp"
 
 namespace waymark {
 namespace {

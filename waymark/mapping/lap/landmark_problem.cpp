@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "waymark/mapping/optimization/front_cholesky.hpp"
-#include "waymark/mapping/optimization/levenberg_marquardt.hpp"
+#include "waymark/mapping/solver/front_cholesky.hpp"
+#include "waymark/mapping/solver/levenberg_marquardt.hpp"
 
 namespace waymark::internal {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "waymark/factors/planar_factors.hpp"
 #include "waymark/mapping/lap/landmark_map.hpp"
-#include "waymark/mapping/optimization/block_system.hpp"
+#include "waymark/mapping/solver/block_system.hpp"
 
 /// The least-squares problem of landmark_map: plane poses, points, scales of odometry, mounting.
 namespace waymark::internal {

@@ -7,7 +7,7 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/lap/teach_chain.hpp"
-#include "waymark/mapping/optimization/bundle.hpp"
+#include "waymark/mapping/solver/bundle.hpp"
 
 namespace waymark {
 

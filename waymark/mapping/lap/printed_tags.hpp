@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "waymark/mapping/optimization/bundle.hpp"
+#include "waymark/mapping/solver/bundle.hpp"
 
 namespace waymark::internal {
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "waymark/mapping/optimization/pose_votes.hpp"
+#include "waymark/mapping/solver/pose_votes.hpp"
 
 namespace waymark {
 namespace {

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "waymark/mapping/optimization/bundle.hpp"
-#include "waymark/mapping/optimization/pose_votes.hpp"
+#include "waymark/mapping/solver/bundle.hpp"
+#include "waymark/mapping/solver/pose_votes.hpp"
 
 /// Where the search of a bundle starts when only some poses are known.
 namespace waymark {

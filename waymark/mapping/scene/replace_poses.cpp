@@ -2,8 +2,8 @@
 #include <array>
 #include <cmath>
 
-#include "waymark/mapping/optimization/pose_votes.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
+#include "waymark/mapping/solver/pose_votes.hpp"
 
 namespace waymark {
 namespace {

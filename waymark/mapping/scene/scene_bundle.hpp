@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
-#include "waymark/mapping/optimization/bundle.hpp"
 #include "waymark/mapping/scene/tag_scene.hpp"
+#include "waymark/mapping/solver/bundle.hpp"
 
 namespace waymark {
 

@@ -5,16 +5,16 @@
 #include <numeric>
 
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/mapping/optimization/confirmed_observations.hpp"
-#include "waymark/mapping/optimization/frame_correlation.hpp"
-#include "waymark/mapping/optimization/kept_factor.hpp"
-#include "waymark/mapping/optimization/stopped.hpp"
 #include "waymark/mapping/scene/misread_ids.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
 #include "waymark/mapping/scene/rolling_corners.hpp"
 #include "waymark/mapping/scene/scene_intrinsics.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 #include "waymark/mapping/scene/tag_scale.hpp"
+#include "waymark/mapping/solver/confirmed_observations.hpp"
+#include "waymark/mapping/solver/frame_correlation.hpp"
+#include "waymark/mapping/solver/kept_factor.hpp"
+#include "waymark/mapping/solver/stopped.hpp"
 
 namespace waymark {
 namespace {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "waymark/base/fields.hpp"
-#include "waymark/mapping/optimization/map_progress.hpp"
-#include "waymark/mapping/optimization/rejected_observation.hpp"
-#include "waymark/mapping/optimization/search_options.hpp"
 #include "waymark/mapping/scene/scene_bundle.hpp"
+#include "waymark/mapping/solver/map_progress.hpp"
+#include "waymark/mapping/solver/rejected_observation.hpp"
+#include "waymark/mapping/solver/search_options.hpp"
 
 namespace waymark {
 

@@ -3,7 +3,7 @@
 #include <set>
 #include <vector>
 
-#include "waymark/mapping/optimization/bundle.hpp"
+#include "waymark/mapping/solver/bundle.hpp"
 
 /// Where a map hangs together by a few observations.
 namespace waymark {

@@ -1,0 +1,140 @@
+// Pictures of a device without the device: their stamps, their pixels, and what is wrong with them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/cameras/v4l2/grey.hpp"
+#include "waymark/cameras/v4l2/picture_faults.hpp"
+#include "waymark/cameras/v4l2/picture_stamps.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::PictureFaults;
+using internal::PictureStamps;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+TEST(PictureStamps, TheMiddleOfTheExposureIsHalfOfItAfterItsStartAndBeforeItsEnd) {
+  const Duration exposure = milliseconds(8);
+  PictureStamps begins;
+  PictureStamps ends;
+  for (int i = 1; i <= 20; ++i) {
+    const Duration start = milliseconds(1000 + 33 * i);
+    const auto by_start = begins.add(start, true, exposure, start + milliseconds(30));
+    const auto by_end = ends.add(start + exposure, false, exposure, start + milliseconds(30));
+    EXPECT_TRUE(by_start.driver && by_end.driver);
+    EXPECT_EQ(by_start.stamp, start + exposure / 2);
+    EXPECT_EQ(by_end.stamp, by_start.stamp);
+  }
+  EXPECT_FALSE(begins.take_words() || ends.take_words());
+}
+
+// Whatever a driver stamps, stamps grow, and none is later than the picture came.
+TEST(PictureStamps, GrowWhateverTheDriverSays) {
+  Random random(20261124);
+  for (int trial = 0; trial < 50; ++trial) {
+    PictureStamps stamps;
+    Duration last{};
+    Duration arrived = seconds(100);
+    for (int i = 0; i < 200; ++i) {
+      arrived += milliseconds(static_cast<int>(random.uniform(1, 60)));
+      std::optional<Duration> driver = arrived - milliseconds(static_cast<int>(random.uniform(-5000, 5000)));
+      if (random.uniform() < 0.2) driver.reset();
+      const auto stamped = stamps.add(driver, random.uniform() < 0.5, std::nullopt, arrived);
+      EXPECT_GT(stamped.stamp, last);
+      EXPECT_LE(stamped.stamp, arrived + milliseconds(21)) << "no further in the future than a driver's tick";
+      last = stamped.stamp;
+    }
+  }
+}
+
+TEST(PictureStamps, EachKindOfBadStampIsReplacedByTheArrivalAndSaidOnce) {
+  const auto words_for = [](std::optional<Duration> driver) {
+    PictureStamps stamps;
+    (void)stamps.add(seconds(49), false, {}, seconds(49));
+    const auto stamped = stamps.add(driver, false, {}, seconds(50));
+    EXPECT_FALSE(stamped.driver);
+    EXPECT_EQ(stamped.stamp, seconds(50));
+    (void)stamps.add(std::nullopt, false, {}, seconds(51));
+    const std::string words = stamps.take_words().value_or("");
+    EXPECT_FALSE(stamps.take_words());
+    return words;
+  };
+  EXPECT_THAT(words_for(std::nullopt), HasSubstr("not of the steady clock"));
+  EXPECT_THAT(words_for(seconds(51)), HasSubstr("in the future"));
+  EXPECT_THAT(words_for(seconds(47)), HasSubstr("two seconds back"));
+  EXPECT_THAT(words_for(seconds(49)), HasSubstr("do not grow"));
+}
+
+Image level(std::uint8_t grey, int noise = 0, std::uint64_t seed = 1) {
+  Random random(seed);
+  Image image(64, 48);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x)
+      image.row(y)[x] = static_cast<std::uint8_t>(grey + static_cast<int>(random.uniform(0, noise + 0.999)));
+  return image;
+}
+
+TEST(PictureFaults, ADarkRoomIsNotACoveredLens) {
+  PictureFaults faults;
+  EXPECT_THAT(faults.add(level(16, 4).view(), seconds(1), true).value_or(""), HasSubstr("black"));
+  EXPECT_FALSE(faults.add(level(16, 4, 2).view(), seconds(2), true)) << "said once";
+  EXPECT_THAT(faults.add(level(16, 60, 3).view(), seconds(3), true).value_or(""), HasSubstr("change again"));
+}
+
+TEST(PictureFaults, ASceneThatStandsStillHasNoiseAndAFrozenPictureHasNone) {
+  PictureFaults moving;
+  for (int i = 0; i < 90; ++i)
+    EXPECT_FALSE(moving.add(level(100, 2, static_cast<std::uint64_t>(i)).view(), milliseconds(33 * i), true));
+  PictureFaults frozen;
+  const Image same = level(100, 2);
+  int said_at = -1;
+  for (int i = 0; i < 90; ++i)
+    if (const auto words = frozen.add(same.view(), milliseconds(33 * i), false)) {
+      EXPECT_THAT(*words, HasSubstr("hangs; unplug it"));
+      said_at = i;
+    }
+  EXPECT_GE(33 * said_at, 1000);
+  EXPECT_LE(33 * said_at, 1100);
+}
+
+// A still board before a source without noise: the camera counts on, and the board moves every two seconds.
+TEST(PictureFaults, AStillPictureOfACameraThatCountsOnIsSaidOnce) {
+  PictureFaults faults;
+  std::vector<std::string> words;
+  for (int i = 0; i < 600; ++i) {
+    const Image picture = level(static_cast<std::uint8_t>(100 + i / 60), 2);
+    if (auto said = faults.add(picture.view(), milliseconds(33 * i), true)) words.push_back(*std::move(said));
+  }
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_THAT(words.front(), HasSubstr("counts on"));
+  EXPECT_THAT(words.front(), ::testing::Not(HasSubstr("unplug")));
+}
+
+TEST(Grey, EveryRawFormatHoldsTheSameLumaAndItsRowsMayBePadded) {
+  const Image expected = level(40, 100);
+  for (const std::string& name : pixel_format_names()) {
+    const PixelFormat format = pixel_format_named(name).value();
+    EXPECT_EQ(to_string(format), name);
+    if (format == PixelFormat::Mjpg) continue;
+    const bool packed = format == PixelFormat::Yuyv || format == PixelFormat::Uyvy;
+    const RawLayout layout{format, 64, 48, (packed ? 128 : 64) + 12};
+    std::vector<std::uint8_t> bytes(bytes_of(layout), 0x55);
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x)
+        bytes[static_cast<std::size_t>(y * layout.stride + (packed ? 2 * x : x)) +
+              (format == PixelFormat::Uyvy ? 1U : 0U)] = expected.row(y)[x];
+    const auto grey = to_grey(bytes, layout);
+    ASSERT_TRUE(grey) << name;
+    for (int y = 0; y < 48; ++y)
+      EXPECT_TRUE(std::equal(expected.row(y), expected.row(y) + 64, grey->row(y))) << name << " row " << y;
+    bytes.resize(bytes.size() - 13);  // the last row's padding may be missing, but no pixel
+    EXPECT_FALSE(to_grey(bytes, layout)) << name;
+  }
+  EXPECT_FALSE(pixel_format_named("H264"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,171 @@
+#include "waymark/cameras/v4l2/v4l2_camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/cameras/v4l2/capture_thread.hpp"
+#include "waymark/cameras/v4l2/controls.hpp"
+#include "waymark/cameras/v4l2/device.hpp"
+#include "waymark/cameras/v4l2/device_list.hpp"
+#include "waymark/cameras/v4l2/picture_faults.hpp"
+#include "waymark/cameras/v4l2/picture_stamps.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kRepeat = std::chrono::seconds(10);  // between words about damaged pictures
+
+/// Of the controls that matter for measuring, those that the camera changes by itself.
+std::optional<std::string> words_of_automatic(const std::vector<CameraControl>& controls) {
+  std::vector<std::string> names;
+  for (const CameraControl& control : controls)
+    if (control.automatic) names.push_back(control.name);
+  if (names.empty()) return std::nullopt;
+  return fmt::format("the camera changes {} by itself; ',lock' behind its address keeps what it has",
+                     fmt::join(names, ", "));
+}
+
+/// Where the camera does not reach, or overshoots, the rate that it was asked for.
+std::optional<std::string> words_of_rate(double asked_hz, double rate_hz) {
+  constexpr double kTolerance = 0.02;  // 29.97 Hz is 30
+  if (asked_hz <= 0 || rate_hz <= 0 || std::abs(rate_hz / asked_hz - 1) < kTolerance) return std::nullopt;
+  return fmt::format(
+      "asked for {:.4g} Hz, the camera delivers {:.4g} Hz in this size and format (`waymark cameras` lists "
+      "what "
+      "there is)",
+      asked_hz, rate_hz);
+}
+
+}  // namespace
+
+struct V4l2Camera::Impl {
+  Impl(std::shared_ptr<internal::CaptureStream> stream, const V4l2Options& with)
+      : options(with),
+        about(fmt::format("{}, {} x {} px, {}{}", stream->card(), stream->layout().width,
+                          stream->layout().height, to_string(stream->layout().format),
+                          stream->rate_hz() > 0 ? fmt::format(", {:.4g} Hz", stream->rate_hz()) : "")),
+        thread(std::move(stream), with, by_id_of(with.device)) {}
+
+  void say_if(const std::optional<std::string>& said) {
+    if (said) words.push_back(*said);
+  }
+  /// The first one is said, then what has come together since.
+  void note_damaged(const std::string& why, Duration now) {
+    ++damaged;
+    ++damaged_unsaid;
+    if (damaged_said && now - *damaged_said < kRepeat) return;
+    damaged_said = now;
+    words.push_back(fmt::format("{} left out: {}",
+                                damaged_unsaid == 1 ? std::string("a damaged picture was")
+                                                    : fmt::format("{} damaged pictures were", damaged_unsaid),
+                                why));
+    damaged_unsaid = 0;
+  }
+  std::optional<CameraFrame> convert(const internal::TakenPicture& picture);
+  [[nodiscard]] std::optional<std::string> next_words();
+
+  V4l2Options options;
+  std::string about;
+  internal::CaptureThread thread;
+  internal::PictureStamps stamps{};
+  internal::PictureFaults faults{};
+  std::deque<std::string> words{};
+  std::optional<std::pair<std::uint32_t, std::optional<Duration>>> taken{};  ///< number and stamp of the last
+  std::optional<SensorTime> last{};
+  std::uint64_t delivered = 0;
+  std::uint64_t damaged = 0;
+  std::uint64_t damaged_unsaid = 0;
+  std::optional<Duration> damaged_said{};
+};
+
+std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPicture& picture) {
+  const internal::FilledBuffer& buffer = picture.buffer;
+  const bool counted =
+      !taken || (buffer.sequence != taken->first && (!buffer.stamp || buffer.stamp > taken->second));
+  taken = {buffer.sequence, buffer.stamp};
+  const auto stamped = stamps.add(buffer.stamp, buffer.start_of_exposure, picture.exposure, picture.arrived);
+  Result<Image> image = buffer.damaged
+                            ? Result<Image>(fail(ErrorCode::Unreadable, "the driver says it is incomplete"))
+                            : to_grey(buffer.bytes, picture.stream->layout());
+  picture.stream->give_back(buffer.index);
+  say_if(stamps.take_words());
+  if (!image) {
+    note_damaged(image.error().message, picture.arrived);
+    return std::nullopt;
+  }
+  say_if(faults.add(*image, stamped.stamp, counted));
+  ++delivered;
+  last = SensorTime(stamped.stamp);
+  return CameraFrame{.stamp = *last, .camera = options.name, .image = std::move(*image)};
+}
+
+std::optional<std::string> V4l2Camera::Impl::next_words() {
+  if (words.empty()) return thread.take_words();
+  std::string first = std::move(words.front());
+  words.pop_front();
+  return first;
+}
+
+V4l2Camera::V4l2Camera(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+V4l2Camera::~V4l2Camera() = default;
+
+Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(const V4l2Options& options) {
+  auto stream = internal::CaptureStream::open(options);
+  if (!stream) return tl::unexpected(stream.error());
+  const double rate_hz = (*stream)->rate_hz();
+  std::unique_ptr<V4l2Camera> camera(new V4l2Camera(std::make_unique<Impl>(std::move(*stream), options)));
+  camera->impl_->say_if(words_of_rate(options.rate_hz, rate_hz));
+  camera->impl_->say_if(words_of_automatic(camera->controls()));
+  return camera;
+}
+
+Result<std::optional<RobotEvent>> V4l2Camera::next(Duration most) {
+  const Duration deadline = steady_now() + most;
+  while (true) {
+    if (auto said = impl_->next_words()) return std::optional<RobotEvent>(RobotText{std::move(*said)});
+    const auto picture = impl_->thread.take(std::max(Duration(0), deadline - steady_now()));
+    if (picture) {
+      auto frame = impl_->convert(*picture);
+      if (frame) return std::optional<RobotEvent>(Sample(std::move(*frame)));
+    } else if (const auto why = impl_->thread.ended()) {
+      return tl::unexpected(*why);
+    }
+    if (steady_now() >= deadline && !more()) return std::optional<RobotEvent>();
+  }
+}
+
+bool V4l2Camera::more() const { return !impl_->words.empty() || impl_->thread.more(); }
+
+std::optional<SensorTime> V4l2Camera::now() const {
+  return impl_->last ? std::optional(SensorTime(steady_now())) : std::nullopt;
+}
+
+CameraCounts V4l2Camera::counts() const {
+  CameraCounts counts = impl_->thread.counts();
+  counts.delivered = impl_->delivered;
+  counts.damaged = impl_->damaged;
+  return counts;
+}
+
+std::string V4l2Camera::description() const { return impl_->about; }
+
+std::vector<CameraControl> V4l2Camera::controls() {
+  const auto stream = impl_->thread.stream();
+  return stream != nullptr ? internal::read_controls(stream->number()) : std::vector<CameraControl>();
+}
+
+Status V4l2Camera::set_control(const std::string& name, double value) {
+  const auto stream = impl_->thread.stream();
+  if (stream == nullptr)
+    return fail(ErrorCode::Unwritable, "the camera is unplugged", {.source = impl_->options.device});
+  Status set = internal::write_control(stream->number(), impl_->options.device, name, value);
+  if (set) impl_->thread.exposure_changed();
+  return set;
+}
+
+}  // namespace waymark

@@ -1,0 +1,401 @@
+#include "waymark/cameras/v4l2/v4l2_camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <thread>
+#include <variant>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/fake_camera.hpp"
+#include "waymark/cameras/v4l2/device_list.hpp"
+#include "waymark/cameras/v4l2/modes.hpp"
+#include "waymark/codecs/image_codec.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using waymark::testing::FakeCamera;
+
+constexpr int kWidth = 64;
+constexpr int kHeight = 48;
+
+/// Grey pictures, each of one level: `first`, `first` + 1, … Their number can be read from any pixel.
+std::vector<std::uint8_t> levels(int count, int first = 50) {
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < count; ++i)
+    bytes.insert(bytes.end(), std::size_t{kWidth} * kHeight, static_cast<std::uint8_t>(first + i));
+  return bytes;
+}
+
+std::unique_ptr<V4l2Camera> open(V4l2Options options = {}) {
+  auto camera = V4l2Camera::open(options);
+  EXPECT_TRUE(camera) << (camera ? "" : to_string(camera.error()));
+  return camera ? std::move(*camera) : nullptr;
+}
+
+/// The next picture; words on the way are kept.
+std::optional<CameraFrame> next_picture(V4l2Camera& camera, std::vector<std::string>* words = nullptr,
+                                        Duration most = milliseconds(2000)) {
+  const auto deadline = std::chrono::steady_clock::now() + most;
+  while (std::chrono::steady_clock::now() < deadline) {
+    auto event = camera.next(milliseconds(200));
+    if (!event) return std::nullopt;
+    if (!*event) continue;
+    if (auto* sample = std::get_if<Sample>(&**event)) return std::get<CameraFrame>(std::move(*sample));
+    if (words != nullptr) words->push_back(std::get<RobotText>(**event).text);
+  }
+  return std::nullopt;
+}
+
+std::string all_words(V4l2Camera& camera, int pictures) {
+  std::vector<std::string> words;
+  for (int i = 0; i < pictures; ++i) (void)next_picture(camera, &words);
+  return std::accumulate(words.begin(), words.end(), std::string(),
+                         [](const std::string& all, const std::string& one) { return all + one + "\n"; });
+}
+
+TEST(V4l2CameraThreads, DeliversEveryPictureInOrderWithStampsInTheMiddleOfTheExposure) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 50, levels(200));
+  auto camera = open();
+  ASSERT_NE(camera, nullptr);
+  EXPECT_THAT(camera->description(), HasSubstr("Fake camera, 64 x 48 px, GREY, 50 Hz"));
+  std::vector<std::string> words;
+  const auto first = next_picture(*camera, &words);
+  ASSERT_TRUE(first);
+  EXPECT_THAT(words, ElementsAre(HasSubstr("white_balance_k, exposure_ms by itself")));
+  SensorTime last = first->stamp;
+  for (int i = 1; i < 20; ++i) {
+    const auto picture = next_picture(*camera);
+    ASSERT_TRUE(picture);
+    const int steps = picture->image.view().at(3, 5) - first->image.view().at(3, 5);
+    // 20 ms from picture to picture by the driver's stamps, not by when they arrive.
+    EXPECT_NEAR(to_seconds(picture->stamp - first->stamp), 0.02 * steps, 2e-5);
+    EXPECT_GT(picture->stamp, last);
+    last = picture->stamp;
+  }
+  // 20 ms from the start of the exposure to the arrival, exposed for 10 ms: 15 ms ago in the middle.
+  const auto picture = next_picture(*camera);
+  const Duration age =
+      std::chrono::steady_clock::now().time_since_epoch() - picture->stamp.time_since_epoch();
+  EXPECT_GT(to_seconds(age), 0.0149);
+  EXPECT_LT(to_seconds(age), 0.1);
+}
+
+TEST(V4l2CameraThreads, ARateThatIsNotReachedIsSaid) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 50, levels(200));
+  V4l2Options options{.rate_hz = 120};
+  auto camera = open(options);
+  ASSERT_NE(camera, nullptr);
+  EXPECT_THAT(all_words(*camera, 1), HasSubstr("asked for 120 Hz, the camera delivers 50 Hz"));
+  camera.reset();
+  options.rate_hz = 50;
+  camera = open(options);
+  ASSERT_NE(camera, nullptr);
+  EXPECT_THAT(all_words(*camera, 1), ::testing::Not(HasSubstr("asked for")));
+}
+
+TEST(V4l2CameraThreads, ASlowTakerGetsTheNewestPicture) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  auto camera = open();
+  ASSERT_NE(camera, nullptr);
+  ASSERT_TRUE(next_picture(*camera));
+  std::this_thread::sleep_for(milliseconds(300));
+  const auto picture = next_picture(*camera);
+  ASSERT_TRUE(picture);
+  const Duration age =
+      std::chrono::steady_clock::now().time_since_epoch() - picture->stamp.time_since_epoch();
+  EXPECT_LT(to_seconds(age), 0.06);  // a queue of six would be 200 ms behind
+  EXPECT_GE(camera->counts().dropped, 20U);
+  EXPECT_EQ(camera->counts().lost, 0U);
+}
+
+TEST(V4l2CameraThreads, EveryFormatGivesTheSameGrey) {
+  Image picture(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) picture.row(y)[x] = static_cast<std::uint8_t>(40 + 2 * x + y);
+  std::vector<std::uint8_t> yuyv, uyvy, nv12;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      yuyv.insert(yuyv.end(), {picture.row(y)[x], 7});
+      uyvy.insert(uyvy.end(), {9, picture.row(y)[x]});
+      nv12.push_back(picture.row(y)[x]);
+    }
+  }
+  nv12.resize(nv12.size() * 3 / 2, 128);
+  const auto jpeg = encode_jpeg(picture, 100);
+  ASSERT_TRUE(jpeg);
+  FakeCamera fake;
+  fake.add_mode("YUYV", kWidth, kHeight, 100, yuyv);
+  fake.add_mode("UYVY", kWidth, kHeight, 100, uyvy);
+  fake.add_mode("NV12", kWidth, kHeight, 100, nv12);
+  fake.add_mode("MJPG", kWidth, kHeight, 100, *jpeg);
+  for (const PixelFormat format :
+       {PixelFormat::Yuyv, PixelFormat::Uyvy, PixelFormat::Nv12, PixelFormat::Mjpg}) {
+    auto camera = open({.format = format});
+    ASSERT_NE(camera, nullptr) << to_string(format);
+    const auto seen = next_picture(*camera);
+    ASSERT_TRUE(seen) << to_string(format);
+    int worst = 0;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        worst = std::max(worst, std::abs(seen->image.row(y)[x] - picture.row(y)[x]));
+    EXPECT_LE(worst, format == PixelFormat::Mjpg ? 2 : 0) << to_string(format);
+  }
+}
+
+/// Web cameras leave the tables of the JPEG standard out of their pictures.
+TEST(V4l2Grey, DecodesPicturesWithoutHuffmanTables) {
+  Image picture(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) picture.row(y)[x] = static_cast<std::uint8_t>(40 + 2 * x + y);
+  const auto jpeg = encode_jpeg(picture, 90);
+  ASSERT_TRUE(jpeg);
+  std::vector<std::uint8_t> without(jpeg->begin(), jpeg->begin() + 2);
+  for (std::size_t at = 2; at + 4 <= jpeg->size() && (*jpeg)[at] == 0xff;) {
+    const std::size_t size = 2U + 256U * (*jpeg)[at + 2] + (*jpeg)[at + 3];
+    const bool scan = (*jpeg)[at + 1] == 0xda;
+    const auto begin = jpeg->begin() + static_cast<std::ptrdiff_t>(at);
+    const auto end = scan ? jpeg->end() : begin + static_cast<std::ptrdiff_t>(size);
+    if ((*jpeg)[at + 1] != 0xc4) without.insert(without.end(), begin, end);
+    at += scan ? jpeg->size() : size;
+  }
+  ASSERT_LT(without.size(), jpeg->size());
+  const RawLayout layout{PixelFormat::Mjpg, kWidth, kHeight, 0};
+  const auto whole = to_grey(*jpeg, layout);
+  const auto same = to_grey(without, layout);
+  ASSERT_TRUE(whole && same);
+  EXPECT_EQ(*whole, *same);
+  EXPECT_FALSE(to_grey(std::span(without).first(without.size() / 2), layout));
+  EXPECT_FALSE(to_grey(without, {PixelFormat::Mjpg, kWidth, kHeight / 2, 0}));
+}
+
+TEST(V4l2CameraThreads, WaitsForAnUnpluggedCamera) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  auto camera = open();
+  ASSERT_NE(camera, nullptr);
+  ASSERT_TRUE(next_picture(*camera));
+  fake.unplug();
+  std::vector<std::string> words;
+  EXPECT_FALSE(next_picture(*camera, &words, milliseconds(400)));
+  EXPECT_THAT(words, ElementsAre(HasSubstr("not plugged in any more")));
+  fake.plug_in();
+  words.clear();
+  EXPECT_TRUE(next_picture(*camera, &words));
+  EXPECT_THAT(words, ElementsAre(HasSubstr("there again")));
+}
+
+TEST(V4l2CameraThreads, FailsWhenItStaysUnplugged) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  auto camera = open({.reconnect_within = milliseconds(100)});
+  ASSERT_NE(camera, nullptr);
+  ASSERT_TRUE(next_picture(*camera));
+  fake.unplug();
+  Result<std::optional<RobotEvent>> event = std::optional<RobotEvent>();
+  for (int i = 0; i < 20 && event; ++i) event = camera->next(milliseconds(100));
+  ASSERT_FALSE(event);
+  EXPECT_EQ(event.error().code, ErrorCode::NotFound);
+}
+
+TEST(V4l2CameraThreads, LeavesDamagedPicturesOut) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  for (const char* fault : {"short:3", "flag:3"}) {
+    FakeCamera::set_faults(fault);
+    auto camera = open();
+    ASSERT_NE(camera, nullptr);
+    EXPECT_THAT(all_words(*camera, 10), HasSubstr("damaged picture")) << fault;
+    EXPECT_GE(camera->counts().damaged, 3U) << fault;
+  }
+}
+
+TEST(V4l2CameraThreads, SaysThatPicturesAreBlackOrFrozen) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  FakeCamera::set_faults("black:5");
+  EXPECT_THAT(all_words(*open(), 10), HasSubstr("black"));
+  FakeCamera::set_faults("freeze:5");
+  EXPECT_THAT(all_words(*open(), 125), HasSubstr("exactly like the one before for a second"));
+}
+
+TEST(V4l2CameraThreads, StampsByArrivalWhatTheDriverStampsBadly) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  FakeCamera::set_faults("back:5");
+  auto camera = open();
+  ASSERT_NE(camera, nullptr);
+  EXPECT_THAT(all_words(*camera, 10), HasSubstr("more than two seconds back"));
+  SensorTime last{};
+  for (int i = 0; i < 10; ++i) {
+    const auto picture = next_picture(*camera);
+    ASSERT_TRUE(picture);
+    EXPECT_GT(picture->stamp, last);
+    last = picture->stamp;
+  }
+  const Duration age = std::chrono::steady_clock::now().time_since_epoch() - last.time_since_epoch();
+  EXPECT_LT(to_seconds(age), 0.2);
+}
+
+TEST(V4l2CameraThreads, SaysThatTheCameraIsSilent) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  FakeCamera::set_faults("stall:5");
+  auto camera = open();
+  ASSERT_NE(camera, nullptr);
+  std::vector<std::string> words;
+  while (next_picture(*camera, &words, milliseconds(2500))) {
+  }
+  ASSERT_FALSE(words.empty());
+  EXPECT_THAT(words.back(), HasSubstr("no picture for two seconds"));
+}
+
+TEST(V4l2Camera, ErrorsSayWhatToDo) {
+  FakeCamera fake;
+  const auto missing = V4l2Camera::open({});
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
+  EXPECT_THAT(missing.error().hint, HasSubstr("waymark cameras"));
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(10));
+  FakeCamera::set_faults("denied");
+  const auto denied = V4l2Camera::open({});
+  ASSERT_FALSE(denied);
+  EXPECT_THAT(denied.error().hint, HasSubstr("usermod -aG "));
+  FakeCamera::set_faults("busy");
+  const auto busy = V4l2Camera::open({});
+  ASSERT_FALSE(busy);
+  EXPECT_THAT(busy.error().message, HasSubstr("another program uses the camera"));
+  FakeCamera::set_faults("");
+  const auto size = V4l2Camera::open({.width = 100, .height = 100});
+  ASSERT_FALSE(size);
+  EXPECT_THAT(to_string(size.error()), HasSubstr("no pictures of 100 x 100 px"));
+  EXPECT_THAT(to_string(size.error()), HasSubstr("GREY 64x48"));
+  EXPECT_FALSE(V4l2Camera::open({.device = "/dev/null"}));
+  EXPECT_FALSE(V4l2Camera::open({.device = "/etc/passwd"}));
+}
+
+TEST(V4l2CameraThreads, SetsAndLocksControlsByName) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
+  auto camera = open({.controls = {{"exposure_ms", 5.0}, {"gain", 42}}, .lock = true});
+  ASSERT_NE(camera, nullptr);
+  std::map<std::string, CameraControl> by_name;
+  for (const CameraControl& control : camera->controls()) by_name[control.name] = control;
+  for (const char* name : {"exposure_ms", "gain", "white_balance_k"})
+    EXPECT_FALSE(by_name.at(name).automatic) << name;
+  EXPECT_NEAR(by_name.at("exposure_ms").value, 5.0, 1e-9);
+  EXPECT_EQ(by_name.at("gain").value, 42);
+  EXPECT_THAT(by_name.at("power_line_frequency").words, ElementsAre("Disabled", "50 Hz", "60 Hz"));
+  EXPECT_EQ(camera->set_control("gain", 1000).error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(camera->set_control("gian", 1).error().hint, HasSubstr("gain"));
+  EXPECT_TRUE(camera->set_control("brightness", -3));
+}
+
+TEST(V4l2Camera, ListsDevicesWithTheirModes) {
+  FakeCamera fake;
+  EXPECT_TRUE(list_cameras().empty());
+  fake.add_mode("YUYV", kWidth, kHeight, 30, levels(2));
+  fake.add_mode("H264", kWidth, kHeight, 60, levels(2));
+  const auto cameras = list_cameras();
+  ASSERT_EQ(cameras.size(), 1U);
+  EXPECT_EQ(cameras[0].path, "/dev/video0");
+  EXPECT_EQ(cameras[0].card, "Fake camera");
+  ASSERT_EQ(cameras[0].modes.size(), 2U);
+  EXPECT_THAT(cameras[0].modes[0].rates_hz, ElementsAre(30));
+  EXPECT_FALSE(cameras[0].modes[1].readable);
+}
+
+TEST(V4l2Address, ReadsWhatFollowsTheDevice) {
+  const auto options =
+      parse_v4l2_address("v4l2:/dev/v4l/by-id/a,size=1280x720,rate=30,format=MJPG,exposure_ms=5,lock");
+  ASSERT_TRUE(options);
+  EXPECT_EQ(options->device, "/dev/v4l/by-id/a");
+  EXPECT_EQ(options->width, 1280);
+  EXPECT_EQ(options->height, 720);
+  EXPECT_EQ(options->rate_hz, 30);
+  EXPECT_EQ(options->format, PixelFormat::Mjpg);
+  EXPECT_TRUE(options->lock);
+  EXPECT_EQ(options->controls.at("exposure_ms"), 5);
+  EXPECT_EQ(parse_v4l2_address("v4l2:2")->device, "/dev/video2");
+  for (const char* wrong : {"v4l2:", "v4l2:0,size=1280", "v4l2:0,format=RGB", "v4l2:0,rate=0", "v4l2:0,fast",
+                            "v4l2:0,gain=much", "v4l2:0,rate=nan", "v4l2:0,size=-1x2"})
+    EXPECT_FALSE(parse_v4l2_address(wrong)) << wrong;
+}
+
+TEST(V4l2Modes, ADeviceOfAnySizeGivesTheOneThatIsAskedForElseThatOfNow) {
+  const std::vector<CameraMode> modes = {
+      {.format = "BGR3", .readable = false, .width = 4096, .height = 2160, .largest = true},
+      {.format = "YUYV",
+       .width = 4096,
+       .height = 2160,
+       .largest = true,
+       .least_width = 16,
+       .least_height = 16},
+      {.format = "GREY",
+       .width = 4096,
+       .height = 2160,
+       .largest = true,
+       .least_width = 16,
+       .least_height = 16}};
+  const internal::WantedMode now{.width = 1280, .height = 720};
+  const auto as_now = internal::choose_mode(modes, {}, now);
+  ASSERT_TRUE(as_now) << to_string(as_now.error());
+  EXPECT_EQ(*as_now, (internal::WantedMode{PixelFormat::Grey, 1280, 720, 0}));
+  const auto asked = internal::choose_mode(
+      modes, {.width = 640, .height = 480, .rate_hz = 30, .format = PixelFormat::Yuyv}, now);
+  ASSERT_TRUE(asked) << to_string(asked.error());
+  EXPECT_EQ(*asked, (internal::WantedMode{PixelFormat::Yuyv, 640, 480, 30}));
+  const auto too_large = internal::choose_mode(modes, {.width = 8192, .height = 4320}, now);
+  ASSERT_FALSE(too_large);
+  EXPECT_THAT(to_string(too_large.error()),
+              HasSubstr("It delivers YUYV up to 4096x2160, GREY up to 4096x2160."));
+}
+
+// A webcam whose uncompressed size of now is none of those of the format that is asked for.
+TEST(V4l2Modes, WithoutASizeTheNearestOfTheFormatIsTaken) {
+  const std::vector<CameraMode> modes = {{.format = "YUYV", .width = 640, .height = 480, .rates_hz = {30}},
+                                         {.format = "MJPG", .width = 1920, .height = 1080, .rates_hz = {30}},
+                                         {.format = "MJPG", .width = 800, .height = 600, .rates_hz = {15}},
+                                         {.format = "GREY",
+                                          .width = 4096,
+                                          .height = 2160,
+                                          .largest = true,
+                                          .least_width = 16,
+                                          .least_height = 16}};
+  const internal::WantedMode now{.width = 640, .height = 480};
+  const auto chosen = [&](const V4l2Options& options, const internal::WantedMode& size) {
+    const auto mode = internal::choose_mode(modes, options, size);
+    EXPECT_TRUE(mode) << to_string(mode.error());
+    return mode.value_or(internal::WantedMode{});
+  };
+  EXPECT_EQ(chosen({.format = PixelFormat::Mjpg}, now),
+            (internal::WantedMode{PixelFormat::Mjpg, 800, 600, 15}));
+  EXPECT_EQ(chosen({.format = PixelFormat::Yuyv}, {.width = 1280, .height = 720}),
+            (internal::WantedMode{PixelFormat::Yuyv, 640, 480, 30}));
+  EXPECT_EQ(chosen({.format = PixelFormat::Grey}, {.width = 8000, .height = 8}),
+            (internal::WantedMode{PixelFormat::Grey, 4096, 16, 0}));
+  EXPECT_FALSE(internal::choose_mode(modes, {.width = 640, .height = 480, .format = PixelFormat::Mjpg}, now));
+}
+
+TEST(V4l2Modes, ALongListIsCutAndWhatIsNotReadIsLeftOut) {
+  std::vector<CameraMode> modes(300, {.format = "YUYV", .width = 640, .height = 480});
+  modes.push_back({.format = "HSV4", .readable = false, .width = 1, .height = 1});
+  const auto none = internal::choose_mode(modes, {.width = 320, .height = 240}, {});
+  ASSERT_FALSE(none);
+  EXPECT_LT(none.error().hint.size(), 400U);
+  EXPECT_THAT(none.error().hint, HasSubstr("and more (`waymark cameras` lists them)"));
+  EXPECT_THAT(none.error().hint, ::testing::Not(HasSubstr("HSV4")));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,87 @@
+#include "waymark/inputs/gamepad/pad_input.hpp"
+
+#include <utility>
+
+namespace waymark {
+
+HeldPad::Poll HeldPad::poll(SensorTime now) {
+  Poll found{.state = {.stamp = now}};
+  auto state = pad_->poll(now);
+  found.there = state.has_value();
+  if (there_ && !found.there)
+    found.words.emplace_back("the gamepad was unplugged: the robot stands until it is plugged in again");
+  if (!there_ && found.there) {
+    found.words.emplace_back(
+        "the gamepad is there again: let the left shoulder go once, then hold it to drive");
+    shown_.reset();
+    let_go_ = false;
+  }
+  there_ = found.there;
+  if (!state) return found;
+  const auto button = static_cast<std::size_t>(dead_man_button_);
+  let_go_ = let_go_ || button >= state->buttons.size() || state->buttons[button] == 0;
+  if (let_go_) found.state = std::move(*state);
+  return found;
+}
+
+void HeldPad::show(const PadSignal& signal) {
+  if (!there_ || shown_ == signal) return;
+  shown_ = signal;
+  pad_->show(signal);
+}
+
+PadSignal signal_of(OperatorState state) {
+  using S = OperatorState;
+  constexpr Duration kShort = std::chrono::milliseconds(200);
+  constexpr Duration kLong = std::chrono::milliseconds(600);
+  switch (state) {
+    case S::Teaching:
+      return {.light_rgb = {0, 0, 255}};
+    case S::Mapping:
+      return {.light_rgb = {128, 0, 128}};
+    case S::Ready:
+      return {.light_rgb = {255, 255, 255}};
+    case S::Replaying:
+      return {.light_rgb = {0, 255, 0}};
+    case S::Paused:
+      return {.light_rgb = {255, 128, 0}, .rumble = 0.5, .rumble_for = kLong};
+    case S::Done:
+      return {.light_rgb = {255, 255, 255}, .rumble = 0.5, .rumble_for = kShort};
+    case S::Stopped:
+      return {.light_rgb = {255, 0, 0}, .rumble = 1, .rumble_for = kLong};
+    case S::Idle:
+    case S::Over:
+      return {};
+  }
+  return {};
+}
+
+Result<DriverDecision> PadLapDriver::drive(Duration /*uptime*/, SensorTime now) {
+  HeldPad::Poll held = pad_.poll(now);
+  pad_.show(signal_of(OperatorState::Teaching));
+  driver_.add(held.state);
+  const auto command = driver_.drive(now);
+  return DriverDecision{.command = command.value_or(VelocityCommand{}),
+                        .done = !command,
+                        .pad = held.there ? std::optional(std::move(held.state)) : std::nullopt,
+                        .words = std::move(held.words)};
+}
+
+Result<OperatorRequest> PadInput::read(Duration uptime, SensorTime now, OperatorState state) {
+  constexpr Duration kAskAgain = std::chrono::milliseconds(400);  // two presses within 0.3 s are one
+  HeldPad::Poll held = pad_.poll(now);
+  pad_.show(signal_of(state));
+  OperatorRequest request{.words = std::move(held.words)};
+  driver_.add(held.state);
+  if (const auto event = events_.add(held.state)) request.events.push_back(*event);
+  const bool asks = !held.there && state == OperatorState::Replaying;
+  if (asks && (!pause_asked_ || uptime - *pause_asked_ >= kAskAgain)) {
+    request.events.push_back(OperatorEvent::Go);  // of a replay: a pause
+    pause_asked_ = uptime;
+  }
+  request.command = driver_.drive(now).value_or(VelocityCommand{});
+  if (held.there) request.pad = std::move(held.state);
+  return request;
+}
+
+}  // namespace waymark

@@ -1,0 +1,138 @@
+#include "waymark/inputs/gamepad/pad_input.hpp"
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+using E = OperatorEvent;
+
+constexpr std::size_t kB = 1, kY = 3, kBack = 4, kLeftShoulder = 9;
+
+/// A pad that is not there.
+class FakePad final : public Gamepad {
+ public:
+  explicit FakePad(const GamepadState& state) : state_(state) {}
+  Result<GamepadState> poll(SensorTime now) override {
+    if (state_.buttons.empty()) return fail(ErrorCode::Unreadable, "the gamepad was unplugged");
+    GamepadState state = state_;
+    state.stamp = now;
+    return state;
+  }
+
+ private:
+  const GamepadState& state_;
+};
+
+class Pad : public ::testing::Test {
+ protected:
+  static SensorTime at(int milliseconds) { return SensorTime(std::chrono::milliseconds(milliseconds)); }
+  GamepadState state_{.axes = std::vector<float>(6, 0.0F), .buttons = std::vector<std::int32_t>(15, 0)};
+};
+
+TEST_F(Pad, DrivesALapWhileTheShoulderIsHeldAndEndsItWithY) {
+  PadLapDriver driver(std::make_unique<FakePad>(state_), 0.4);
+  state_.axes[1] = 1;
+  auto decision = driver.drive({}, at(50));
+  ASSERT_TRUE(decision);
+  EXPECT_EQ(decision->command, VelocityCommand{}) << "nobody holds the shoulder";
+  ASSERT_TRUE(decision->pad);
+  EXPECT_EQ(decision->pad->stamp, at(50));
+  state_.buttons[kLeftShoulder] = 1;
+  EXPECT_NEAR(driver.drive({}, at(100))->command.speed_m_s, 0.4, 1e-6);
+  state_.buttons[kY] = 1;
+  decision = driver.drive({}, at(150));
+  EXPECT_TRUE(decision->done);
+  EXPECT_EQ(decision->command, VelocityCommand{});
+}
+
+TEST_F(Pad, IsTheOperatorsButtonsAndSticks) {
+  PadInput input(std::make_unique<FakePad>(state_), 0.4);
+  const auto read = [&](int ms) { return input.read({}, at(ms), OperatorState::Teaching).value(); };
+  EXPECT_TRUE(read(0).events.empty());
+  for (const auto& [button, event] : {std::pair{kY, E::Go}, {kB, E::Stop}, {kBack, E::Quit}}) {
+    state_.buttons[button] = 1;
+    EXPECT_EQ(read(50).events, std::vector<E>{event});
+    EXPECT_TRUE(read(100).events.empty()) << "held, not pressed again";
+    state_.buttons[button] = 0;
+    (void)read(150);
+  }
+  state_.buttons[kLeftShoulder] = 1;
+  state_.axes[1] = 1;
+  const OperatorRequest request = read(200);
+  EXPECT_NEAR(request.command.speed_m_s, 0.4, 1e-6);
+  EXPECT_EQ(request.events, std::vector<E>{E::StickMoved});
+  ASSERT_TRUE(request.pad);
+}
+
+TEST_F(Pad, ThatIsUnpluggedStopsTheRobotAndMayComeBack) {
+  PadLapDriver driver(std::make_unique<FakePad>(state_), 0.4);
+  state_.axes[1] = 1;
+  state_.buttons[kLeftShoulder] = 1;
+  EXPECT_NEAR(driver.drive({}, at(0))->command.speed_m_s, 0.4, 1e-6);
+  const std::vector<std::int32_t> held = std::exchange(state_.buttons, {});
+  auto gone = driver.drive({}, at(50));
+  ASSERT_TRUE(gone);
+  EXPECT_EQ(gone->command, VelocityCommand{});
+  EXPECT_FALSE(gone->pad);
+  EXPECT_FALSE(gone->done);
+  ASSERT_EQ(gone->words.size(), 1U);
+  EXPECT_NE(gone->words[0].find("unplugged"), std::string::npos);
+  EXPECT_TRUE(driver.drive({}, at(100))->words.empty()) << "said once";
+
+  state_.buttons = held;  // plugged in with the shoulder held
+  const auto back = driver.drive({}, at(150));
+  ASSERT_EQ(back->words.size(), 1U);
+  EXPECT_NE(back->words[0].find("there again"), std::string::npos);
+  EXPECT_EQ(back->command, VelocityCommand{}) << "not before the shoulder was let go once";
+  state_.buttons[kLeftShoulder] = 0;
+  (void)driver.drive({}, at(200));
+  state_.buttons[kLeftShoulder] = 1;
+  EXPECT_NEAR(driver.drive({}, at(250))->command.speed_m_s, 0.4, 1e-6);
+}
+
+TEST_F(Pad, ThatIsUnpluggedPausesAReplay) {
+  PadInput input(std::make_unique<FakePad>(state_), 0.4);
+  const auto read = [&](int ms, OperatorState state) {
+    return input.read(std::chrono::milliseconds(ms), at(ms), state).value();
+  };
+  EXPECT_TRUE(read(0, OperatorState::Replaying).events.empty());
+  state_.buttons.clear();
+  const OperatorRequest gone = read(50, OperatorState::Replaying);
+  EXPECT_EQ(gone.events, std::vector<E>{E::Go}) << "of a replay: a pause";
+  EXPECT_EQ(gone.words.size(), 1U);
+  EXPECT_TRUE(read(100, OperatorState::Replaying).events.empty()) << "a second press within 0.3 s is none";
+  EXPECT_EQ(read(500, OperatorState::Replaying).events, std::vector<E>{E::Go}) << "it still drives";
+  EXPECT_TRUE(read(1000, OperatorState::Paused).events.empty()) << "and does not go on by itself";
+  EXPECT_TRUE(read(1500, OperatorState::Teaching).events.empty());
+}
+
+/// Keeps what it is to show.
+class ShownPad final : public Gamepad {
+ public:
+  explicit ShownPad(std::vector<PadSignal>& shown) : shown_(shown) {}
+  Result<GamepadState> poll(SensorTime now) override { return GamepadState{.stamp = now}; }
+  void show(const PadSignal& signal) override { shown_.push_back(signal); }
+
+ private:
+  std::vector<PadSignal>& shown_;
+};
+
+TEST(PadLight, TellsTheStateOnceAndRumblesWhenAReplayEnds) {
+  std::vector<PadSignal> shown;
+  PadInput input(std::make_unique<ShownPad>(shown), 0.4);
+  using S = OperatorState;
+  for (const S state : {S::Replaying, S::Replaying, S::Stopped, S::Stopped})
+    (void)input.read({}, SensorTime(), state);
+  EXPECT_EQ(shown, (std::vector{signal_of(S::Replaying), signal_of(S::Stopped)}));
+  EXPECT_EQ(signal_of(S::Replaying).rumble, 0);
+  EXPECT_GT(signal_of(S::Stopped).rumble, 0);
+  EXPECT_NE(signal_of(S::Teaching).light_rgb, signal_of(S::Replaying).light_rgb);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,47 @@
+#include "waymark/inputs/keyboard/terminal_keys.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace waymark {
+
+TerminalKeys::TerminalKeys(const TerminalSettings& saved) : saved_(saved) {}
+
+Result<std::unique_ptr<TerminalKeys>> TerminalKeys::open(int descriptor) {
+  const TerminalSettings saved = terminal_settings(descriptor);
+  if (!saved.is_terminal)
+    return fail(ErrorCode::InvalidArgument,
+                "standard input is not a terminal: there are no keys to drive with", {},
+                "Run it in a terminal, or let another driver drive.");
+  termios raw = saved.before;
+  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+  raw.c_cc[VMIN] = 0;
+  raw.c_cc[VTIME] = 0;
+  if (tcsetattr(descriptor, TCSANOW, &raw) != 0)
+    return fail(ErrorCode::InvalidArgument,
+                std::string("the terminal cannot be put into raw mode: ") + std::strerror(errno));
+  return std::unique_ptr<TerminalKeys>(new TerminalKeys(saved));
+}
+
+TerminalKeys::~TerminalKeys() { (void)tcsetattr(saved_.descriptor, TCSANOW, &saved_.before); }
+
+Result<std::string> TerminalKeys::read() {
+  std::string bytes;
+  pollfd ready{.fd = saved_.descriptor, .events = POLLIN, .revents = 0};
+  while (poll(&ready, 1, 0) > 0) {
+    if ((ready.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0)
+      return fail(ErrorCode::Unreadable, "the terminal is gone");
+    std::array<char, 256> buffer{};
+    const auto count = ::read(saved_.descriptor, buffer.data(), buffer.size());
+    if (count <= 0) break;
+    bytes.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+  return bytes;
+}
+
+}  // namespace waymark

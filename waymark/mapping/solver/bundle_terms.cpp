@@ -1,0 +1,300 @@
+#include "waymark/mapping/solver/bundle_terms.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "waymark/camera/intrinsics.hpp"
+#include "waymark/factors/corner_intrinsics.hpp"
+#include "waymark/geometry/lie.hpp"
+
+namespace waymark::internal {
+namespace {
+
+using Part = BlockSystem::Part;
+
+/// Sums up terms; one member a kind of term.
+class Accumulator {
+ public:
+  Accumulator(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system)
+      : bundle_(bundle), unknowns_(unknowns), robust_chi2_(robust_chi2), system_(system) {}
+
+  void operator()(const CornerTerm& term) {
+    if (!term.used) return;
+    const int lens = unknowns_.of_intrinsics.empty() ? -1 : unknowns_.of_intrinsics[term.camera];
+    CornerJacobians J;
+    J.wants_rig = at(term.rig) >= 0;
+    J.wants_cam = at(term.cam) >= 0;
+    J.wants_body = at(term.body) >= 0 && (!J.wants_rig || lens >= 0);  // else the rig's, the other way
+    J.wants_tag = at(term.tag) >= 0;
+    const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
+    const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
+    if (!r) {
+      cost_ = std::numeric_limits<double>::infinity();
+      return;
+    }
+    const double chi2 = r->squaredNorm();
+    const bool robust = robust_chi2_ > 0;
+    cost_ += (robust ? robust_chi2_ * std::log1p(chi2 / robust_chi2_) : chi2) / 2;
+    if (system_ == nullptr) return;
+    const double weight = robust ? 1 / (1 + chi2 / robust_chi2_) : 1;
+    if (lens >= 0) {
+      const auto J_lens = corner_intrinsics_jacobian(term.factor, bundle_.cameras[term.camera], poses);
+      if (!J_lens) return;  // not where the residual could be evaluated
+      system_->add(std::array<Part, 5>{{{at(term.rig), J.rig},
+                                        {at(term.cam), J.cam},
+                                        {at(term.body), J.body},
+                                        {at(term.tag), J.tag},
+                                        {lens, *J_lens}}},
+                   *r, weight);
+      return;
+    }
+    system_->add_corners({at(term.rig), at(term.cam), at(term.body), at(term.tag)},
+                         {&J.rig, &J.cam, &J.body, &J.tag}, *r, weight);
+  }
+
+  void operator()(const PriorTerm& term) {
+    Matrix6 J;
+    const Vector6 r = pose_prior_residual(term.factor, pose(term.pose), &J);
+    add(r, std::array<Part, 1>{{{at(term.pose), J}}});
+  }
+
+  void operator()(const PairPriorTerm& term) {
+    Matrix6 J_a;
+    Matrix6 J_b;
+    const Vector6 r = pose_pair_prior_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b);
+    add(r, std::array<Part, 2>{{{at(term.a), J_a}, {at(term.b), J_b}}});
+  }
+
+  void operator()(const RelativeTerm& term) {
+    Matrix6 J_a;
+    Matrix6 J_b;
+    const Vector6 r = relative_pose_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b);
+    add(r, std::array<Part, 2>{{{at(term.a), J_a}, {at(term.b), J_b}}});
+  }
+
+  void operator()(const OdometryTerm& term) {
+    OdometryJacobians J;
+    const OdometryScales& scales = bundle_.odometry_scales[term.scales].value;
+    const Eigen::Vector3d r = odometry_residual(term.factor, scales, pose(term.a), pose(term.b), &J);
+    const int n = bundle_.odometry_scales[term.scales].unknowns();
+    add(r, std::array<Part, 3>{{{at(term.a), J.a},
+                                {at(term.b), J.b},
+                                {unknowns_.of_scales[term.scales], J.scales.leftCols(n)}}});
+  }
+
+  void operator()(const OnFloorTerm& term) {
+    Matrix36 J_floor;
+    Matrix36 J_base;
+    const Eigen::Vector3d r =
+        on_floor_residual(term.factor, pose(term.floor), pose(term.base), &J_floor, &J_base);
+    add(r, std::array<Part, 2>{{{at(term.floor), J_floor}, {at(term.base), J_base}}});
+  }
+
+  void operator()(const DistanceTerm& term) {
+    Eigen::Matrix<double, 1, 6> J_a;
+    Eigen::Matrix<double, 1, 6> J_b;
+    const Eigen::Matrix<double, 1, 1> r(
+        distance_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b));
+    add(r, std::array<Part, 2>{{{at(term.a), columns(J_a)}, {at(term.b), columns(J_b)}}});
+  }
+
+  void operator()(const CoordinateTerm& term) {
+    Eigen::Matrix<double, 1, 6> J;
+    const Eigen::Matrix<double, 1, 1> r(coordinate_residual(term.factor, pose(term.pose), &J));
+    add(r, std::array<Part, 1>{{{at(term.pose), columns(J)}}});
+  }
+
+  void operator()(const PointDistanceTerm& term) {
+    const TagPoint a = point(term.a);
+    const TagPoint b = point(term.b);
+    Eigen::RowVector3d J;
+    const Eigen::Matrix<double, 1, 1> r(
+        point_distance_residual(term.measured_m, term.sigma_m, a.map_p, b.map_p, &J));
+    const double same_body = term.a.body == term.b.body ? 1 : 0;  // it gets the sum of both parts
+    const Row J_body_a = J * (a.J_p_body - same_body * b.J_p_body);
+    const Row J_body_b = -J * b.J_p_body;
+    const Row J_tag_a = J * a.J_p_tag;
+    const Row J_tag_b = -J * b.J_p_tag;
+    add(r, std::array<Part, 4>{{{at(term.a.body), columns(J_body_a)},
+                                {same_body > 0 ? -1 : at(term.b.body), columns(J_body_b)},
+                                {at(term.a.tag), columns(J_tag_a)},
+                                {at(term.b.tag), columns(J_tag_b)}}});
+  }
+
+  void operator()(const PointCoordinateTerm& term) {
+    const TagPoint p = point(term.point);
+    const Row J_body = term.direction.transpose() * p.J_p_body / term.sigma_m;
+    const Row J_tag = term.direction.transpose() * p.J_p_tag / term.sigma_m;
+    const Eigen::Matrix<double, 1, 1> r((term.direction.dot(p.map_p) - term.measured_m) / term.sigma_m);
+    add(r,
+        std::array<Part, 2>{{{at(term.point.body), columns(J_body)}, {at(term.point.tag), columns(J_tag)}}});
+  }
+
+  void operator()(const DirectionTerm& term) {
+    Matrix26 J_body;
+    Matrix26 J_tag;
+    const auto r = direction_residual(term.factor, pose(term.body), pose(term.tag), &J_body, &J_tag);
+    add(r, std::array<Part, 2>{{{at(term.body), J_body}, {at(term.tag), J_tag}}});
+  }
+
+  void prior_of_scales(std::size_t i) {
+    const BundleScales& scales = bundle_.odometry_scales[i];
+    if (unknowns_.of_scales[i] < 0) return;
+    const int n = scales.unknowns();
+    const OdometryScales::Vector inverse_sigma = scales.sigma.vector().cwiseInverse();
+    const OdometryScales::Vector off = scales.value.vector() - OdometryScales().vector();
+    const Eigen::MatrixXd J = inverse_sigma.head(n).asDiagonal();
+    add(inverse_sigma.head(n).cwiseProduct(off.head(n)), std::array<Part, 1>{{{unknowns_.of_scales[i], J}}});
+  }
+
+  void prior_of_intrinsics(std::size_t camera) {
+    const BundleIntrinsics& intrinsics = bundle_.intrinsics[camera];
+    if (unknowns_.of_intrinsics[camera] < 0) return;
+    if (!intrinsics.possible) cost_ = std::numeric_limits<double>::infinity();
+    const Eigen::VectorXd off = intrinsics_of(bundle_.cameras[camera]) - intrinsics.prior;
+    const Eigen::MatrixXd J = intrinsics.sigma.cwiseInverse().asDiagonal();
+    add(Eigen::VectorXd(J * off), std::array<Part, 1>{{{unknowns_.of_intrinsics[camera], J}}});
+  }
+
+  [[nodiscard]] double cost() const { return cost_; }
+
+ private:
+  using Row = Eigen::Matrix<double, 1, 6>;
+
+  [[nodiscard]] TagPoint point(const BundlePoint& p) const {
+    return tag_point(pose(p.body), pose(p.tag), p.tag_p);
+  }
+  [[nodiscard]] const SE3& pose(PoseIndex i) const { return bundle_.poses[i].value; }
+  [[nodiscard]] int at(PoseIndex i) const { return unknowns_.of_pose[i]; }
+  /// A row vector as a matrix with columns one after the other in memory, which Part wants.
+  static Eigen::Map<const Eigen::MatrixXd> columns(const Eigen::Matrix<double, 1, 6>& row) {
+    return {row.data(), 1, 6};
+  }
+
+  template <class Residual, std::size_t N>
+  void add(const Residual& r, const std::array<Part, N>& parts) {
+    cost_ += r.squaredNorm() / 2;
+    if (system_ != nullptr) system_->add(parts, r);
+  }
+
+  const Bundle& bundle_;
+  const Unknowns& unknowns_;
+  double robust_chi2_;
+  BlockSystem* system_;
+  double cost_ = 0;
+};
+
+/// Calls visit with the poses of every term that counts.
+template <class Visit>
+void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
+  for (const CornerTerm& t : bundle.corners) {
+    if (t.used) visit(std::array{t.rig, t.cam, t.body, t.tag});
+  }
+  for (const PriorTerm& t : bundle.priors) visit(std::array{t.pose});
+  for (const PairPriorTerm& t : bundle.pair_priors) visit(std::array{t.a, t.b});
+  for (const RelativeTerm& t : bundle.relatives) visit(std::array{t.a, t.b});
+  for (const OdometryTerm& t : bundle.odometry) visit(std::array{t.a, t.b});
+  for (const OnFloorTerm& t : bundle.on_floor) visit(std::array{t.floor, t.base});
+  for (const DistanceTerm& t : bundle.distances) visit(std::array{t.a, t.b});
+  for (const CoordinateTerm& t : bundle.coordinates) visit(std::array{t.pose});
+  for (const PointDistanceTerm& t : bundle.point_distances)
+    visit(std::array{t.a.body, t.a.tag, t.b.body, t.b.tag});
+  for (const PointCoordinateTerm& t : bundle.point_coordinates) visit(std::array{t.point.body, t.point.tag});
+  for (const DirectionTerm& t : bundle.directions) visit(std::array{t.body, t.tag});
+}
+
+/// Of cameras that are free and see something that counts.
+void add_intrinsics(const Bundle& bundle, Unknowns& unknowns) {
+  if (std::ranges::none_of(bundle.intrinsics, &BundleIntrinsics::free)) return;
+  unknowns.of_intrinsics.assign(bundle.cameras.size(), -1);
+  for (const CornerTerm& term : bundle.corners) {
+    if (!term.used || !bundle.intrinsics[term.camera].free()) continue;
+    int& lens = unknowns.of_intrinsics[term.camera];
+    if (lens < 0) {
+      lens = static_cast<int>(unknowns.dimensions.size());
+      unknowns.dimensions.push_back(static_cast<int>(bundle.intrinsics[term.camera].sigma.size()));
+    }
+    for (PoseIndex pose : {term.rig, term.cam, term.body, term.tag}) {
+      if (unknowns.of_pose[pose] >= 0) unknowns.couplings.emplace_back(unknowns.of_pose[pose], lens);
+    }
+  }
+}
+
+}  // namespace
+
+Unknowns unknowns_of(const Bundle& bundle) {
+  Unknowns unknowns;
+  std::vector<char> in_a_term(bundle.poses.size(), 0);
+  for_poses_of_terms(bundle, [&](const auto& poses) {
+    for (PoseIndex i : poses) in_a_term[i] = 1;
+  });
+  unknowns.of_pose.assign(bundle.poses.size(), -1);
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    if (bundle.poses[i].fixed || in_a_term[i] == 0) continue;
+    unknowns.of_pose[i] = static_cast<int>(unknowns.dimensions.size());
+    unknowns.dimensions.push_back(6);
+  }
+  for (const BundleScales& scales : bundle.odometry_scales) {
+    unknowns.of_scales.push_back(scales.fixed ? -1 : static_cast<int>(unknowns.dimensions.size()));
+    if (!scales.fixed) unknowns.dimensions.push_back(scales.unknowns());
+  }
+  add_intrinsics(bundle, unknowns);
+  for_poses_of_terms(bundle, [&](const auto& poses) {
+    for (PoseIndex a : poses) {
+      for (PoseIndex b : poses) {
+        if (a < b && unknowns.of_pose[a] >= 0 && unknowns.of_pose[b] >= 0)
+          unknowns.couplings.emplace_back(unknowns.of_pose[a], unknowns.of_pose[b]);
+      }
+    }
+  });
+  for (const OdometryTerm& term : bundle.odometry) {
+    const int scales = unknowns.of_scales[term.scales];
+    for (PoseIndex pose : {term.a, term.b}) {
+      if (scales >= 0 && unknowns.of_pose[pose] >= 0)
+        unknowns.couplings.emplace_back(unknowns.of_pose[pose], scales);
+    }
+  }
+  return unknowns;
+}
+
+double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system) {
+  if (system != nullptr) system->clear();
+  Accumulator sum(bundle, unknowns, robust_chi2, system);
+  const auto all = [&sum](const auto&... kinds) { (std::ranges::for_each(kinds, std::ref(sum)), ...); };
+  all(bundle.corners, bundle.priors, bundle.pair_priors, bundle.relatives, bundle.odometry, bundle.on_floor,
+      bundle.distances, bundle.coordinates, bundle.point_distances, bundle.point_coordinates,
+      bundle.directions);
+  for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) sum.prior_of_scales(i);
+  for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) sum.prior_of_intrinsics(i);
+  return sum.cost();
+}
+
+void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step, Bundle& bundle) {
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    const int unknown = unknowns.of_pose[i];
+    if (unknown < 0) continue;
+    bundle.poses[i].value = plus(Vector6(step.segment<6>(system.offset(unknown))), bundle.poses[i].value);
+  }
+  for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) {
+    const int unknown = unknowns.of_scales[i];
+    if (unknown < 0) continue;
+    OdometryScales& value = bundle.odometry_scales[i].value;
+    OdometryScales::Vector moved = value.vector();
+    const int n = bundle.odometry_scales[i].unknowns();
+    moved.head(n) += step.segment(system.offset(unknown), n);
+    value = OdometryScales::of(moved);
+  }
+  for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) {
+    const int unknown = unknowns.of_intrinsics[i];
+    if (unknown < 0) continue;
+    const Eigen::VectorXd change = step.segment(system.offset(unknown), system.dimension(unknown));
+    const auto moved = with_intrinsics(bundle.cameras[i], intrinsics_of(bundle.cameras[i]) + change);
+    bundle.intrinsics[i].possible = moved.has_value();
+    if (moved) bundle.cameras[i] = *moved;
+  }
+}
+
+}  // namespace waymark::internal

@@ -1,0 +1,11 @@
+// For processors with AVX2. Eigen's templates are compiled under another name: those of the same name and
+// these would be one to the linker.
+#define Eigen EigenForAvx2
+#include "waymark/mapping/solver/front_kernels_by_eigen.hpp"
+
+namespace waymark::internal {
+
+extern const FrontKernels kAvx2FrontKernels;
+constinit const FrontKernels kAvx2FrontKernels = FrontKernelsByEigen<struct Avx2Processor>::named("avx2");
+
+}  // namespace waymark::internal

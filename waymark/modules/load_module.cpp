@@ -1,0 +1,34 @@
+#include "waymark/modules/load_module.hpp"
+
+#include <filesystem>
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+namespace waymark {
+
+Result<void*> load_module(const ModuleName& module) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (const fs::path& place :
+       {folder / module.file, folder / ".." / WAYMARK_LIBDIR / "waymark" / module.file}) {
+    if (!fs::exists(place, ignored)) continue;
+    void* loaded = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (loaded == nullptr)
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("the module for {} cannot be loaded: {}", module.purpose, dlerror()),
+                  {.source = place.string()},
+                  fmt::format("Install {}, or build Waymark again.", module.needs));
+    void* symbol = dlsym(loaded, module.symbol);
+    if (symbol == nullptr)
+      return fail(ErrorCode::Unsupported, "this module is of another version", {.source = place.string()},
+                  "Install Waymark again.");
+    return symbol;
+  }
+  return fail(ErrorCode::NotFound, fmt::format("this installation has no module for {}", module.purpose),
+              {.source = (folder / module.file).string()},
+              fmt::format("Install {} and build Waymark again.", module.build));
+}
+
+}  // namespace waymark

@@ -1,0 +1,144 @@
+// Messages from the threads of a network, and modules that are loaded when they are asked for.
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/modules/arrival_queue.hpp"
+#include "waymark/modules/load_module.hpp"
+#include "waymark/modules/shared_library.hpp"
+
+namespace waymark {
+namespace {
+
+struct Numbered {
+  std::size_t subscription = 0;
+  int number = 0;
+};
+
+constexpr Duration kNow{0};
+
+std::vector<Numbered> take_all(ArrivalQueue<Numbered>& queue) {
+  std::vector<Numbered> all;
+  while (auto message = queue.take(kNow)) all.push_back(*message);
+  return all;
+}
+
+TEST(ArrivalQueue, GivesEverySubscriptionsNewestInTheOrderInWhichTheyCame) {
+  Random random(20261124);
+  for (int trial = 0; trial < 20; ++trial) {
+    ArrivalQueue<Numbered> queue;
+    const std::vector<int> depths = {1, 3, 10};
+    for (const int depth : depths) (void)queue.add(depth);
+    std::vector<std::uint64_t> pushed(depths.size());
+    for (int number = 0; number < 60; ++number) {
+      const auto from = static_cast<std::size_t>(random.uniform(0, 2.999));
+      queue.push({from, number});
+      ++pushed[from];
+    }
+    const auto taken = take_all(queue);
+    EXPECT_TRUE(std::ranges::is_sorted(taken, {}, &Numbered::number));
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      const auto count = static_cast<std::uint64_t>(std::ranges::count(taken, i, &Numbered::subscription));
+      EXPECT_EQ(count, std::min<std::uint64_t>(pushed[i], static_cast<std::uint64_t>(depths[i])));
+      EXPECT_EQ(count + queue.dropped(i), pushed[i]) << "none is lost without being counted";
+    }
+  }
+}
+
+TEST(ArrivalQueue, ABusySubscriptionDisplacesNoOther) {
+  ArrivalQueue<Numbered> queue;
+  const std::size_t rare = queue.add(1);
+  const std::size_t busy = queue.add(2);
+  queue.push({rare, 7});
+  for (int i = 0; i < 1000; ++i) queue.push({busy, i});
+  const auto taken = take_all(queue);
+  ASSERT_EQ(taken.size(), 3U);
+  EXPECT_EQ(taken[0].number, 7);
+  EXPECT_EQ(taken[1].number, 998);
+  EXPECT_EQ(queue.dropped(rare), 0U);
+  EXPECT_EQ(queue.dropped(busy), 998U);
+}
+
+TEST(ArrivalQueue, ADepthOfNothingIsOne) {
+  ArrivalQueue<Numbered> queue;
+  const std::size_t only = queue.add(0);
+  EXPECT_TRUE(queue.empty());
+  EXPECT_FALSE(queue.take(kNow));
+  queue.push({only, 1});
+  EXPECT_FALSE(queue.empty());
+  EXPECT_EQ(queue.take(kNow)->number, 1);
+  EXPECT_TRUE(queue.empty());
+}
+
+TEST(ArrivalQueue, ThreadsPushWhileAnotherTakes) {
+  ArrivalQueue<Numbered> queue;
+  constexpr int kEach = 2000;
+  std::vector<std::thread> network;
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t from = queue.add(kEach);
+    network.emplace_back([&queue, from] {
+      for (int number = 0; number < kEach; ++number) queue.push({from, number});
+    });
+  }
+  std::vector<int> next(3);
+  for (int i = 0; i < 3 * kEach; ++i) {
+    const auto message = queue.take(std::chrono::seconds(10));
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->number, next[message->subscription]++);
+  }
+  for (std::thread& thread : network) thread.join();
+}
+
+class Module : public ::testing::Test {
+ protected:
+  [[nodiscard]] Result<void*> load() const {
+    return load_module(
+        {file_.c_str(), "waymark_no_such_function", "robots of glass", "libglass", "libglass-dev"});
+  }
+  [[nodiscard]] static std::filesystem::path folder() {
+    return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  }
+  void TearDown() override { std::filesystem::remove(folder() / file_); }
+
+  std::string file_ = "libwaymark-test-" + std::to_string(getpid()) + ".so";
+};
+
+TEST_F(Module, OneThatIsNotThereSaysWhatItIsForAndWhatBuildsIt) {
+  const auto missing = load();
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
+  EXPECT_NE(missing.error().message.find("robots of glass"), std::string::npos);
+  EXPECT_NE(missing.error().hint.find("libglass-dev"), std::string::npos);
+}
+
+TEST_F(Module, OneThatIsNoLibrarySaysWhatRunsIt) {
+  std::ofstream(folder() / file_) << "no library";
+  const auto broken = load();
+  ASSERT_FALSE(broken);
+  EXPECT_EQ(broken.error().code, ErrorCode::Unsupported);
+  EXPECT_NE(broken.error().message.find("cannot be loaded"), std::string::npos);
+  EXPECT_NE(broken.error().hint.find("libglass,"), std::string::npos);
+}
+
+TEST(SharedLibrary, SaysWhatIsMissing) {
+  SharedLibrary none("libwaymark-is-not-there.so.1");
+  double (*cosine)(double) = [](double x) { return x; };
+  none.look_up("cos", cosine);
+  EXPECT_EQ(cosine, nullptr);
+  EXPECT_EQ(none.missing(), "libwaymark-is-not-there.so.1 cannot be loaded");
+  SharedLibrary math("libm.so.6");
+  math.look_up("cos", cosine);
+  ASSERT_NE(cosine, nullptr) << math.missing();
+  EXPECT_EQ(cosine(0), 1.0);
+  EXPECT_EQ(math.missing(), "");
+  math.look_up("waymark_cos", cosine);
+  EXPECT_EQ(cosine, nullptr);
+  EXPECT_EQ(math.missing(), "libm.so.6 has no waymark_cos");
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,131 @@
+#include "waymark/robots/dds/ros_environment.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdlib>
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netdb.h>
+#include <sys/socket.h>
+
+#include "waymark/robots/dds/discovery.hpp"
+#include "waymark/robots/dds/ros_graph.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr int kMostDomain = 232;  // above, the ports of UDP do not suffice (RTPS 2.2, section 9.6.1.1)
+
+tl::unexpected<Error> wrong(const char* name, const std::string& value, std::string hint) {
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' makes no sense there", value),
+              {.source = "environment", .key = name}, std::move(hint));
+}
+
+Status read_domain(BusOptions& options, const std::string& value) {
+  int domain = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), domain);
+  if (error != std::errc() || end != value.data() + value.size() || domain < 0 || domain > kMostDomain)
+    return wrong("ROS_DOMAIN_ID", value, "A whole number from 0 to 232.");
+  options.domain = domain;
+  return {};
+}
+
+Status read_range(BusOptions& options, const std::string& value) {
+  if (value == "LOCALHOST") {
+    options.localhost_only = true;
+  } else if (value == "OFF") {
+    return fail(ErrorCode::InvalidArgument, "OFF switches discovery off: no other program can be found",
+                {.source = "environment", .key = "ROS_AUTOMATIC_DISCOVERY_RANGE"},
+                "SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
+  } else if (value != "SUBNET" && value != "SYSTEM_DEFAULT") {
+    return wrong("ROS_AUTOMATIC_DISCOVERY_RANGE", value, "SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
+  }
+  return {};
+}
+
+/// The IPv4 address of a host, which may be one already; empty: it has none.
+std::string address_of(const std::string& host) {
+  addrinfo wanted{};
+  wanted.ai_family = AF_INET;
+  wanted.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, &wanted, &found) != 0) return {};
+  std::array<char, INET_ADDRSTRLEN> text{};
+  const auto* address = reinterpret_cast<const sockaddr_in*>(found->ai_addr);
+  const bool known = inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) != nullptr;
+  freeaddrinfo(found);
+  return known ? text.data() : "";
+}
+
+Status read_peers(BusOptions& options, std::string value) {
+  while (!value.empty()) {
+    const std::size_t end = std::min(value.find(';'), value.size());
+    const std::string peer = value.substr(0, end);
+    value.erase(0, end + 1);
+    if (peer.empty()) continue;
+    const std::string address = address_of(peer);
+    if (address.empty())
+      return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no host with an IPv4 address", peer),
+                  {.source = "environment", .key = "ROS_STATIC_PEERS"},
+                  "IPv4 addresses or names that this computer resolves, separated by semicolons.");
+    options.peers.push_back(address);
+  }
+  return {};
+}
+
+}  // namespace
+
+Environment process_environment() {
+  return [](const char* name) -> std::optional<std::string> {
+    const char* value = std::getenv(name);
+    return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+  };
+}
+
+Status apply_ros_environment(BusOptions& options, const Environment& environment) {
+  Status status;
+  const auto on = [&](const char* name) { return environment(name).value_or(""); };
+  if (const std::string domain = on("ROS_DOMAIN_ID"); !domain.empty()) status = read_domain(options, domain);
+  if (const std::string only = on("ROS_LOCALHOST_ONLY"); status && !only.empty()) {
+    if (only != "0" && only != "1") status = wrong("ROS_LOCALHOST_ONLY", only, "0 or 1.");
+    options.localhost_only = options.localhost_only || only == "1";
+  }
+  if (const std::string range = on("ROS_AUTOMATIC_DISCOVERY_RANGE"); status && !range.empty())
+    status = read_range(options, range);
+  if (status) status = read_peers(options, on("ROS_STATIC_PEERS"));
+  if (const std::string enclave = on("ROS_SECURITY_ENCLAVE_OVERRIDE"); !enclave.empty()) {
+    if (!enclave.starts_with('/') && status)
+      status = wrong("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave, "a name that begins with a slash.");
+    options.enclave = enclave;
+  }
+  if (on("ROS_SECURITY_ENABLE") == "true" && on("ROS_SECURITY_KEYSTORE").empty() && status)
+    status = fail(ErrorCode::InvalidArgument, "ROS_SECURITY_ENABLE=true needs a keystore, and none is named",
+                  {.source = "environment", .key = "ROS_SECURITY_KEYSTORE"},
+                  "The folder that `ros2 security create_keystore` made, or leave ROS_SECURITY_ENABLE out.");
+  if (on("ROS_SECURITY_ENABLE") == "true")
+    options.keystore = on("ROS_SECURITY_KEYSTORE") + "/enclaves" + on("ROS_SECURITY_ENCLAVE_OVERRIDE");
+  return status;
+}
+
+Result<BusOptions> bus_options(const RosPlace& place, const std::string& node,
+                               const Environment& environment) {
+  BusOptions options{.node = node};
+  if (Status status = apply_ros_environment(options, environment); !status)
+    return tl::unexpected(status.error());
+  if (place.domain >= 0) options.domain = place.domain;
+  options.localhost_only = options.localhost_only || place.localhost;
+  if (!place.interface.empty()) {
+    if (Status there = use_interface(options, place.interface); !there) {
+      there.error().place.key = "--interface";
+      return tl::unexpected(there.error());
+    }
+    options.localhost_only = false;
+  }
+  if (Status status = show_in_node_list(options, place.distro); !status)
+    return tl::unexpected(status.error());
+  return options;
+}
+
+}  // namespace waymark

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/robots/gazebo/gazebo_link.hpp"
+#include "waymark/robots/gazebo/profile.hpp"
+#include "waymark/robots/wire/sample_lines.hpp"
+
+namespace waymark {
+
+/// Turns the messages of a robot in Gazebo into the lines of a robot process
+/// (docs/formats/robot-process.md). What cannot be read, is of another type, or has a stamp that misleads is
+/// dropped, counted, and named in words. Stamps are held against simulated time, so that a simulation may run
+/// slower than real time. Pure.
+class GazeboBridge {
+ public:
+  GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutPicture put_picture = {});
+
+  /// The lines of a message; empty for one that is dropped or only kept here.
+  [[nodiscard]] std::vector<std::string> receive(const GazeboSubscription& from,
+                                                 const GazeboMessage& message);
+  /// What people should know, since the last call: as lines, too.
+  [[nodiscard]] std::vector<std::string> take_words() { return lines_.take_words(); }
+  [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
+  /// Whether odometry came.
+  [[nodiscard]] bool speaks() const { return lines_.speaks(); }
+  /// The newest simulated time of odometry; nothing before the first.
+  [[nodiscard]] std::optional<SensorTime> simulated_time() const { return simulated_time_; }
+
+ private:
+  Result<std::vector<std::string>> lines_of(const GazeboSubscription& from, const GazeboMessage& message);
+  Result<std::vector<std::string>> truth(const GazeboSubscription& from, const GazeboPoses& poses);
+  Result<std::vector<std::string>> line_of(const GazeboSubscription& from, Sample sample);
+
+  RobotDescription robot_;
+  std::string truth_model_;
+  SampleLines lines_;
+  std::optional<SensorTime> simulated_time_{};
+};
+
+}  // namespace waymark

@@ -1,0 +1,177 @@
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "tests/support/robot_lines.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/robots/gazebo/gazebo_bridge.hpp"
+#include "waymark/robots/gazebo/gazebo_robot.hpp"
+#include "waymark/robots/wire/simulation_watch.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::Test;
+
+SensorTime at_ms(int ms) { return SensorTime(milliseconds(1000 + ms)); }
+
+TEST(GazeboProfile, TheOneThatComesWithWaymarkNamesEveryTopicOnce) {
+  const auto profile = find_gazebo_profile("limo");
+  ASSERT_TRUE(profile) << to_string(profile.error());
+  EXPECT_EQ(subscriptions_of(*profile).size(), 8U);
+  EXPECT_TRUE(find_shared("robots", profile->robot));
+}
+
+TEST(GazeboProfile, FindsTheRobotBesideIt) {
+  const auto folder = testing::fresh_folder("gazebo_profile");
+  ASSERT_TRUE(write_text_file(folder / "robot.yaml", "robot: {}\n"));
+  ASSERT_TRUE(write_text_file(folder / "gazebo.yaml", "robot: robot.yaml\nodometry_topic: /odom\n"));
+  const auto profile = find_gazebo_profile((folder / "gazebo.yaml").string());
+  ASSERT_TRUE(profile) << to_string(profile.error());
+  EXPECT_EQ(profile->robot, (folder / "robot.yaml").string()) << "from whatever folder it is read";
+}
+
+TEST(GazeboProfile, SaysWhatIsWrong) {
+  const auto error = [](const char* text) {
+    const auto profile = parse_gazebo_profile(text, "my.yaml");
+    return profile ? std::string("none") : to_string(profile.error());
+  };
+  EXPECT_NE(error("odometry_topic: ''\n").find("odometry_topic"), std::string::npos);
+  EXPECT_NE(error("command_topic: ''\n").find("command_topic"), std::string::npos);
+  EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos) << "the nearest key";
+  EXPECT_NE(error("imu_topic: /a\nscan_topic: /a\n").find("/a is named twice"), std::string::npos);
+  EXPECT_NE(error("").find("this profile is empty"), std::string::npos);
+  EXPECT_FALSE(find_gazebo_profile("limmo"));
+}
+
+/// A bridge, and a reader on the other side of the wire.
+class GazeboBridgeTest : public Test {
+ protected:
+  std::vector<std::string> give(GazeboKind kind, Result<GazeboValue> value) {
+    for (const GazeboSubscription& one : subscriptions_of(profile_))
+      if (one.kind == kind) return bridge_.receive(one, {0, one.type, std::move(value), {}});
+    return {};
+  }
+  std::vector<std::string> odometry(int ms, double x_m = 0) {
+    return give(GazeboKind::Odometry, Odometry{.stamp = at_ms(ms), .odom_T_base = SE2(x_m, 0, 0)});
+  }
+  Sample read(const std::string& line) { return lines_.read(line); }
+  std::string words() { return test::words_of(bridge_); }
+
+  GazeboProfile profile_ = find_gazebo_profile("limo").value();
+  RobotDescription robot_ = read_robot(find_shared("robots", "limo-gazebo").value()).value();
+  GazeboBridge bridge_{profile_, robot_};
+  test::RobotLines lines_;
+};
+
+TEST_F(GazeboBridgeTest, SamplesComeOutAsTheyWentIn) {
+  EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(0)}).empty()) << "before the odometry";
+  const auto lines = odometry(0, 1.5);
+  ASSERT_EQ(lines.size(), 1U);
+  const auto odometry = std::get<Odometry>(read(lines[0]));
+  EXPECT_EQ(odometry.stamp, at_ms(0));
+  EXPECT_DOUBLE_EQ(odometry.odom_T_base.x(), 1.5);
+  CameraFrame picture{.stamp = at_ms(10), .image = Image(64, 48)};
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x) picture.image.row(y)[x] = static_cast<std::uint8_t>(3 * x + 5 * y);
+  const auto raw = give(GazeboKind::Image, picture);
+  ASSERT_EQ(raw.size(), 1U);
+  const auto back = std::get<CameraFrame>(read(raw[0]));
+  EXPECT_EQ(back.stamp, picture.stamp);
+  for (int y = 0; y < 48; ++y)
+    EXPECT_TRUE(std::equal(back.image.row(y), back.image.row(y) + 64, picture.image.row(y)));
+  LaserScan scan{.stamp = at_ms(12), .angle_increment_rad = 0.1, .range_min_m = 0.1, .range_max_m = 8};
+  scan.ranges_m = {1, 2, std::numeric_limits<float>::infinity()};
+  EXPECT_EQ(give(GazeboKind::Scan, scan).size(), 1U);
+  EXPECT_EQ(give(GazeboKind::Gamepad, GamepadState{.stamp = at_ms(13), .axes = {0.5F}}).size(), 1U);
+  EXPECT_EQ(bridge_.dropped(), 0U) << words();
+}
+
+TEST_F(GazeboBridgeTest, TruthIsThatOfTheModelOfTheProfile) {
+  (void)odometry(0);
+  const GazeboPoses poses{at_ms(1), {{"wall", SE3()}, {"limo", SE3(SO3(), {2, 0, 0})}}};
+  const auto lines = give(GazeboKind::Truth, poses);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_DOUBLE_EQ(std::get<TruthPose>(read(lines[0])).map_T_base.translation().x(), 2);
+  EXPECT_TRUE(give(GazeboKind::Truth, GazeboPoses{at_ms(2), {{"wall", SE3()}}}).empty());
+  EXPECT_EQ(bridge_.dropped(), 0U);
+}
+
+TEST_F(GazeboBridgeTest, DropsAndCountsWhatMisleads) {
+  ASSERT_EQ(odometry(0).size(), 1U);
+  EXPECT_TRUE(odometry(20, std::numeric_limits<double>::quiet_NaN()).empty());
+  EXPECT_EQ(odometry(30).size(), 1U);
+  EXPECT_TRUE(odometry(10).empty()) << "a simulation that was reset";
+  EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(5000)}).empty()) << "another clock";
+  EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{}).empty()) << "no stamp";
+  EXPECT_TRUE(give(GazeboKind::Imu, Odometry{.stamp = at_ms(31)}).empty()) << "another type";
+  EXPECT_TRUE(give(GazeboKind::Image, fail(ErrorCode::Unreadable, "its 3 bytes are none")).empty());
+  EXPECT_EQ(bridge_.dropped(), 6U);
+  const std::string said = words();
+  EXPECT_NE(said.find("went back by 0.020 s"), std::string::npos) << said;
+  EXPECT_NE(said.find("but ignition.msgs.IMU is expected"), std::string::npos) << said;
+  EXPECT_NE(said.find("its 3 bytes are none"), std::string::npos) << said;
+}
+
+TEST_F(GazeboBridgeTest, ASimulationMayRunAtAnySpeed) {
+  // A hundred seconds of simulated time without a look at the clock of this machine.
+  for (int ms = 0; ms < 100'000; ms += 20) {
+    ASSERT_EQ(odometry(ms).size(), 1U) << ms;
+    ASSERT_EQ(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(ms)}).size(), 1U) << ms;
+  }
+}
+
+TEST_F(GazeboBridgeTest, HoldsTheCalibrationAgainstTheRobotsFile) {
+  (void)give(GazeboKind::CameraInfo, GazeboCamera{{}, robot_.camera});
+  EXPECT_EQ(words(), "");
+  auto other = std::get<PinholeRadtan>(robot_.camera.projection());
+  other.fx += 50;
+  const auto camera = CameraModel::make(other, 640, 480);
+  (void)give(GazeboKind::CameraInfo, GazeboCamera{{}, *camera});
+  EXPECT_NE(words().find("camera_info says 640 x 480"), std::string::npos);
+  (void)give(GazeboKind::CameraInfo, GazeboCamera{{}, *camera});
+  EXPECT_EQ(words(), "") << "said once";
+}
+
+TEST(SimulationWatch, HoldsTheRobotWithinAQuarterOfASecondAndReleasesIt) {
+  SimulationWatch watch;
+  EXPECT_FALSE(watch.silent(std::chrono::seconds(9))) << "nothing was heard yet";
+  for (int ms = 0; ms <= 1000; ms += 20) watch.odometry(milliseconds(ms));
+  EXPECT_FALSE(watch.silent(milliseconds(1100)));
+  EXPECT_EQ(watch.take_words(milliseconds(1100)), "");
+  EXPECT_TRUE(watch.silent(milliseconds(1250)));
+  const std::string ended = watch.take_words(milliseconds(1250));
+  EXPECT_NE(ended.find("nothing says that the simulation still runs"), std::string::npos) << ended;
+  EXPECT_EQ(watch.take_words(milliseconds(1300)), "") << "said once";
+  watch.odometry(milliseconds(5000));
+  EXPECT_FALSE(watch.silent(milliseconds(5000)));
+  EXPECT_NE(watch.take_words(milliseconds(5000)).find("comes again"), std::string::npos);
+  watch.clock(milliseconds(5150));
+  EXPECT_NE(watch.take_words(milliseconds(5250)).find("is it paused?"), std::string::npos);
+}
+
+TEST(SimulationWatch, ASimulationThatIsPausedHasNotEnded) {
+  SimulationWatch paused;
+  SimulationWatch ended;
+  EXPECT_FALSE(ended.ended(std::chrono::hours(1))) << "it never began";
+  paused.odometry(milliseconds(0));
+  ended.odometry(milliseconds(0));
+  for (int ms = 0; ms <= 6000; ms += 100) paused.clock(milliseconds(ms));
+  EXPECT_FALSE(ended.ended(milliseconds(4900)));
+  EXPECT_TRUE(ended.ended(milliseconds(5100)));
+  EXPECT_TRUE(paused.silent(milliseconds(6050)));
+  EXPECT_FALSE(paused.ended(milliseconds(6050)));
+  EXPECT_TRUE(paused.ended(milliseconds(11'100)));
+}
+
+TEST(GazeboTopics, AreNamedWithTheirTypes) {
+  EXPECT_EQ(topics_in_words({}), "nobody publishes anything there");
+  EXPECT_EQ(topics_in_words({{"/a", "ignition.msgs.Pose"}, {"/b", "ignition.msgs.IMU"}}),
+            "published there: /a [ignition.msgs.Pose], /b [ignition.msgs.IMU]");
+}
+
+}  // namespace
+}  // namespace waymark

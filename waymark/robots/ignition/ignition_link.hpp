@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "waymark/robots/gazebo/gazebo_link.hpp"
+
+namespace waymark {
+
+/// A node of Ignition Transport 11, which reads IGN_PARTITION and IGN_IP by itself. Fails on a partition that
+/// Ignition refuses.
+[[nodiscard]] Result<std::unique_ptr<GazeboLink>> open_ignition_link();
+
+}  // namespace waymark

@@ -1,0 +1,208 @@
+#include "waymark/robots/ignition/values.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <ignition/msgs/clock.pb.h>
+#include <ignition/msgs/imu.pb.h>
+#include <ignition/msgs/joy.pb.h>
+#include <ignition/msgs/laserscan.pb.h>
+#include <ignition/msgs/odometry.pb.h>
+#include <ignition/msgs/pose_v.pb.h>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/robots/ignition/headers.hpp"
+#include "waymark/robots/ignition/pictures.hpp"
+
+namespace waymark {
+namespace {
+
+namespace msgs = ignition::msgs;
+
+Eigen::Vector3d vector(const msgs::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+void put(const Eigen::Vector3d& from, msgs::Vector3d& to) {
+  to.set_x(from.x());
+  to.set_y(from.y());
+  to.set_z(from.z());
+}
+
+/// A model by its own name, a part by the child frame that PosePublisher writes.
+Result<GazeboPose> named(const msgs::Pose& pose) {
+  const auto place = from_ignition(pose);
+  if (!place) return tl::unexpected(place.error());
+  const std::string child = header_value(pose.header(), "child_frame_id");
+  return GazeboPose{child.empty() ? pose.name() : child, *place};
+}
+
+Result<GazeboValue> read(const msgs::Odometry& message) {
+  const auto pose = from_ignition(message.pose());
+  if (!pose) return tl::unexpected(pose.error());
+  const VelocityCommand velocity = from_ignition(message.twist());
+  return Odometry{from_ignition(message.header().stamp()), project_to_plane(*pose), velocity.speed_m_s,
+                  velocity.yaw_rate_rad_s};
+}
+
+Result<GazeboValue> read(const msgs::IMU& message) {
+  return ImuSample{from_ignition(message.header().stamp()), vector(message.angular_velocity()),
+                   vector(message.linear_acceleration())};
+}
+
+Result<GazeboValue> read(const msgs::LaserScan& message) {
+  if (message.vertical_count() > 1)
+    return fail(ErrorCode::Unsupported,
+                fmt::format("it has {} rows of rays: one is read", message.vertical_count()), {},
+                "Give the lidar one vertical sample.");
+  LaserScan scan{.stamp = from_ignition(message.header().stamp()),
+                 .angle_min_rad = message.angle_min(),
+                 .angle_increment_rad = message.angle_step(),
+                 .range_min_m = message.range_min(),
+                 .range_max_m = message.range_max()};
+  scan.ranges_m.assign(message.ranges().begin(), message.ranges().end());
+  return scan;
+}
+
+Result<GazeboValue> read(const msgs::Joy& message) {
+  return GamepadState{from_ignition(message.header().stamp()),
+                      {message.axes().begin(), message.axes().end()},
+                      {message.buttons().begin(), message.buttons().end()}};
+}
+
+Result<GazeboValue> read(const msgs::Clock& message) { return GazeboClock{from_ignition(message.sim())}; }
+
+Result<GazeboValue> read(const msgs::Twist& message) {
+  return StampedCommand{from_ignition(message.header().stamp()), from_ignition(message)};
+}
+
+Result<GazeboValue> read(const msgs::Pose& message) {
+  const auto pose = named(message);
+  if (!pose) return tl::unexpected(pose.error());
+  return GazeboPoses{from_ignition(message.header().stamp()), {*pose}};
+}
+
+Result<GazeboValue> read(const msgs::Pose_V& message) {
+  GazeboPoses poses{.stamp = from_ignition(message.header().stamp())};
+  for (const msgs::Pose& one : message.pose()) {
+    const auto pose = named(one);
+    if (!pose) return tl::unexpected(pose.error());
+    poses.poses.push_back(*pose);
+  }
+  return poses;
+}
+
+template <class Message>
+Result<GazeboValue> read_converted(const Message& message) {
+  auto value = from_ignition(message);
+  if (!value) return tl::unexpected(value.error());
+  return std::move(*value);
+}
+Result<GazeboValue> read(const msgs::Image& message) { return read_converted(message); }
+Result<GazeboValue> read(const msgs::CameraInfo& message) { return read_converted(message); }
+
+template <class Message>
+Result<GazeboValue> parse(std::string_view bytes) {
+  Message message;
+  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
+    return fail(ErrorCode::Unreadable,
+                fmt::format("its {} bytes are no {}", bytes.size(), message.GetTypeName()));
+  return read(message);
+}
+
+/// A type that is read.
+struct Known {
+  std::string_view type;
+  Result<GazeboValue> (*parse)(std::string_view bytes);
+};
+constexpr Known kKnown[] = {{"ignition.msgs.Odometry", parse<msgs::Odometry>},
+                            {"ignition.msgs.IMU", parse<msgs::IMU>},
+                            {"ignition.msgs.LaserScan", parse<msgs::LaserScan>},
+                            {"ignition.msgs.Image", parse<msgs::Image>},
+                            {"ignition.msgs.CameraInfo", parse<msgs::CameraInfo>},
+                            {"ignition.msgs.Joy", parse<msgs::Joy>},
+                            {"ignition.msgs.Pose", parse<msgs::Pose>},
+                            {"ignition.msgs.Pose_V", parse<msgs::Pose_V>},
+                            {"ignition.msgs.Clock", parse<msgs::Clock>},
+                            {"ignition.msgs.Twist", parse<msgs::Twist>}};
+
+msgs::Odometry message_of(const Odometry& odometry) {
+  msgs::Odometry message;
+  *message.mutable_header() = header(odometry.stamp, "odom", "base_link");
+  *message.mutable_pose() = to_ignition(lift(odometry.odom_T_base));
+  *message.mutable_twist() = to_ignition(VelocityCommand{odometry.speed_m_s, odometry.yaw_rate_rad_s});
+  return message;
+}
+
+msgs::IMU message_of(const ImuSample& imu) {
+  msgs::IMU message;
+  *message.mutable_header() = header(imu.stamp, "imu");
+  message.mutable_orientation()->set_w(1);
+  put(imu.angular_velocity_rad_s, *message.mutable_angular_velocity());
+  put(imu.linear_acceleration_m_s2, *message.mutable_linear_acceleration());
+  return message;
+}
+
+msgs::LaserScan message_of(const LaserScan& scan) {
+  msgs::LaserScan message;
+  *message.mutable_header() = header(scan.stamp, "lidar");
+  message.set_angle_min(scan.angle_min_rad);
+  message.set_angle_step(scan.angle_increment_rad);
+  const double steps = scan.ranges_m.empty() ? 0 : static_cast<double>(scan.ranges_m.size() - 1);
+  message.set_angle_max(scan.angle_min_rad + steps * scan.angle_increment_rad);
+  message.set_range_min(scan.range_min_m);
+  message.set_range_max(scan.range_max_m);
+  message.set_count(static_cast<std::uint32_t>(scan.ranges_m.size()));
+  message.set_vertical_count(1);
+  message.mutable_ranges()->Add(scan.ranges_m.begin(), scan.ranges_m.end());
+  return message;
+}
+
+msgs::Joy message_of(const GamepadState& state) {
+  msgs::Joy message;
+  *message.mutable_header() = header(state.stamp, "");
+  message.mutable_axes()->Add(state.axes.begin(), state.axes.end());
+  message.mutable_buttons()->Add(state.buttons.begin(), state.buttons.end());
+  return message;
+}
+
+msgs::Clock message_of(const GazeboClock& clock) {
+  msgs::Clock message;
+  *message.mutable_sim() = to_ignition(clock.stamp);
+  return message;
+}
+
+msgs::Twist message_of(const StampedCommand& command) {
+  return to_ignition(command.command);  // as Gazebo's own programs send it: without a stamp
+}
+
+msgs::Pose_V message_of(const GazeboPoses& poses) {
+  msgs::Pose_V message;
+  *message.mutable_header() = header(poses.stamp, "");
+  for (const GazeboPose& one : poses.poses) {
+    msgs::Pose& pose = *message.add_pose();
+    pose = to_ignition(one.world_T_model);
+    *pose.mutable_header() = header(poses.stamp, "world", one.name);
+    pose.set_name(one.name);
+  }
+  return message;
+}
+
+msgs::Image message_of(const CameraFrame& frame) { return to_ignition(frame); }
+msgs::CameraInfo message_of(const GazeboCamera& camera) { return to_ignition(camera); }
+
+}  // namespace
+
+Result<GazeboValue> parse_gazebo(std::string_view type, std::string_view bytes) {
+  for (const Known& known : kKnown)
+    if (known.type == type) return known.parse(bytes);
+  return fail(ErrorCode::Unsupported, fmt::format("messages of the type {} are not read", type));
+}
+
+std::string type_of(const GazeboValue& value) {
+  return std::visit([](const auto& one) { return message_of(one).GetTypeName(); }, value);
+}
+
+std::string serialize_gazebo(const GazeboValue& value) {
+  return std::visit([](const auto& one) { return message_of(one).SerializeAsString(); }, value);
+}
+
+}  // namespace waymark

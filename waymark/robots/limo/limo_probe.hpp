@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "waymark/robots/limo/limo_messages.hpp"
+
+namespace waymark {
+
+/// What came over LIMO's port while nothing was sent.
+struct LimoHeard {
+  std::uint64_t bytes = 0;
+  std::uint64_t skipped_bytes = 0;  ///< belonged to no frame
+  std::uint64_t frames = 0;
+  double motion_rate_hz = 0;         ///< of 0x221
+  double gyro_rate_hz = 0;           ///< of 0x322
+  std::optional<LimoState> state{};  ///< the newest
+};
+
+/// Opens the port and listens for so long, or until it is `cancelled`. Sends nothing: a LIMO that somebody
+/// drives is left alone. Errors: as open_serial_port(); Unreadable where the port is cut.
+[[nodiscard]] Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
+                                               const std::function<bool()>& cancelled);
+
+}  // namespace waymark

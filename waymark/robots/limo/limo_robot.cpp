@@ -1,0 +1,251 @@
+#include "waymark/robots/limo/limo_robot.hpp"
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <string_view>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+
+#include "waymark/robots/limo/command_gate.hpp"
+#include "waymark/robots/limo/limo_bridge.hpp"
+#include "waymark/robots/limo/serial_port.hpp"
+#include "waymark/robots/process/command_sender.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr int kSlice_ms = 20;
+constexpr double kLowBatteryVolts = 10.5;
+constexpr Duration kUnasked = std::chrono::seconds(1);
+
+class LimoRobot {
+ public:
+  LimoRobot(const RobotDescription& robot, const LimoRobotOptions& options, const RobotWire& wire)
+      : name_(robot.model.name),
+        options_(options),
+        wire_(wire),
+        bridge_(robot.model.wheel_radius_m),
+        gate_(options.drive) {}
+
+  Status run() {
+    auto port = open_serial_port(options_.port);
+    if (!port) return tl::unexpected(port.error());
+    port_ = std::move(*port);
+    if (Status opened = open_beside(); !opened) return opened;
+    const CommandSender sender([this](const VelocityCommand& asked) { send(asked); }, wire_);
+    began_ = steady_now();
+    // An input that ended before LIMO obeys (`< /dev/null`) ends this afterwards.
+    while (open_ && !(sender.ended() && (greeted_ || sender.said_bye())) && !wire_.should_stop()) {
+      role_ = sender.role() == InputRole::Unknown && sender.ended() ? InputRole::Drives : sender.role();
+      if (Status heard = hear(); !heard) return heard;
+      if (greeted_) continue;
+      if (sender.ended()) ask_again();
+      if (Status status = look(); !status) return status;
+    }
+    return {};
+  }
+
+ private:
+  Status open_beside() {
+    if (options_.beside.empty()) return {};
+    beside_ = Descriptor(::open(options_.beside.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+    if (beside_.open()) return {};
+    return fail(ErrorCode::NotFound, "there is no such named pipe", {.source = options_.beside},
+                "Make it: mkfifo " + options_.beside);
+  }
+
+  /// In place of the sender, whose input has ended.
+  void ask_again() {
+    constexpr Duration kEvery = std::chrono::milliseconds(50);
+    if (role_ == InputRole::Listens || steady_now() - asked_at_ < kEvery) return;
+    asked_at_ = steady_now();
+    send({});
+  }
+
+  /// On the thread of the sender.
+  void send(const VelocityCommand& asked) {
+    const std::scoped_lock lock(mutex_);
+    const Duration now = steady_now();
+    const VelocityCommand passed = gate_.pass(asked, now);
+    if (gate_.asks_for_command(now)) put(take_command(options_.drive));
+    put(encode_command(passed, gate_.drive()));
+  }
+
+  /// A frame that is not sent is repeated soon.
+  void put(const LimoFrame& frame) {
+    const auto bytes = encode(frame);
+    std::size_t written = 0;
+    (void)write_some(port_.number(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, written);
+  }
+
+  Status hear() {
+    std::array<pollfd, 2> fds{{{port_.number(), POLLIN, 0}, {beside_.number(), POLLIN, 0}}};
+    (void)poll(fds.data(), fds.size(), kSlice_ms);
+    std::string bytes;
+    if (read_some(port_.number(), bytes) == Moved::Ended) return cut();
+    bytes_ += bytes.size();
+    reader_.add({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    const Duration arrived = steady_now();
+    while (const auto frame = reader_.next()) receive(*frame, arrived);
+    pass_beside();
+    say_words(arrived);
+    return {};
+  }
+
+  /// Whoever drives is told, too.
+  Status cut() {
+    const char* words = "the serial port is gone: LIMO is not heard and cannot be stopped by it";
+    const char* advice = "Check the cable, and that LIMO is on.";
+    if (greeted_) {
+      say(fmt::format("{}: {}. {}", options_.port, words, advice));
+      return fail(ErrorCode::Unreadable, "the serial port is gone", {.source = options_.port});
+    }
+    return fail(ErrorCode::Unreadable, words, {.source = options_.port}, advice);
+  }
+
+  void receive(const LimoFrame& frame, Duration arrived) {
+    ++frames_;
+    frame_at_ = arrived;
+    const bool lost = std::exchange(skipped_, reader_.skipped()) != reader_.skipped();
+    LimoDrive drive{};
+    {
+      const std::scoped_lock lock(mutex_);
+      const auto id = static_cast<LimoId>(frame.id);
+      if (id == LimoId::State)
+        if (const auto state = decode_state(frame)) gate_.hear(*state, arrived);
+      if (id == LimoId::MotionFeedback)
+        if (const auto motion = decode_motion(frame)) gate_.hear(*motion, arrived);
+      drive = gate_.drive();
+    }
+    for (const Sample& sample : bridge_.receive(frame, drive, arrived, lost))
+      if (greeted_) write(to_line(sample));
+  }
+
+  void pass_beside() {
+    std::string bytes;
+    if (!beside_.open() || read_some(beside_.number(), bytes) != Moved::Some) return;
+    lines_.add(bytes);
+    // What was written before is of another drive; half a line is left where another reader ended.
+    while (const auto line = lines_.next())
+      if (greeted_ && line->text.starts_with('{') && line->text.ends_with('}')) write(line->text + "\n");
+  }
+
+  /// Before the hello: what keeps LIMO from being driven.
+  Status look() {
+    const std::scoped_lock lock(mutex_);
+    const auto& state = gate_.state();
+    if (state && (state->drive == LimoDrive::Ackermann) != (options_.drive == LimoDrive::Ackermann))
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("LIMO drives as {}, the robot's file describes one that is {}",
+                              to_string(state->drive), to_string(options_.drive)),
+                  {.source = options_.port},
+                  state->drive == LimoDrive::Ackermann
+                      ? "Add --robot-file limo-ackermann, or turn the latches."
+                      : "Add --robot-file limo, or turn the latches.");
+    const Duration waited = steady_now() - began_;
+    // Nobody has asked LIMO for anything yet, and may wait for the hello before the first command.
+    const bool unasked = role_ == InputRole::Unknown && waited >= kUnasked;
+    if (gate_.ready() || ((unasked || role_ == InputRole::Listens) && gate_.heard())) {
+      greet(state->battery_V);
+      return {};
+    }
+    if (waited >= options_.give_up_after)
+      return fail(ErrorCode::NotFound, "LIMO does not answer: " + heard(), {.source = options_.port},
+                  "Is it on, is this the port of its mainboard, is the remote control off?");
+    if (waited >= options_.report_after && !reported_) {
+      reported_ = true;
+      wire_.say(options_.port + ": waiting for LIMO: " + heard());
+    }
+    return {};
+  }
+
+  [[nodiscard]] std::string heard() const {
+    if (bytes_ == 0) return "no byte came";
+    if (frames_ == 0) return fmt::format("{} bytes came, and no frame among them", bytes_);
+    if (!gate_.state()) return fmt::format("{} frames came, and none with its state (0x211)", frames_);
+    if (!gate_.state()->commanded) return "it does not obey this port (0x211), the remote control has it";
+    return fmt::format("{} frames came, and none with its motion (0x221)", frames_);
+  }
+
+  void greet(double battery_V) {
+    write(to_line(RobotHello{.name = name_, .simulated = options_.simulated}));
+    greeted_ = true;
+    say(fmt::format("LIMO {}, battery {:.1f} V{}", gate_.ready() ? "obeys" : "is heard", battery_V,
+                    battery_V < kLowBatteryVolts ? ": low" : ""));
+  }
+
+  void say_words(Duration now) {
+    std::vector<std::string> words;
+    {
+      const std::scoped_lock lock(mutex_);
+      words = gate_.take_words();
+    }
+    if (role_ == InputRole::Listens) words.clear();  // they are about commands
+    for (const std::string& word : words) say(word);
+    if (greeted_) say_of_silence(now);
+  }
+
+  /// Of LIMO, or of its IMU alone.
+  void say_of_silence(Duration now) {
+    constexpr Duration kFrame = std::chrono::milliseconds(100);  // five of its motion
+    constexpr Duration kFrozen = std::chrono::seconds(1);
+    const Duration silent = now - frame_at_;
+    if (silent > kFrozen && !std::exchange(frozen_, true))
+      say(fmt::format(
+          "{}: LIMO sends nothing any more, not a single frame: is it on, is its mainboard's cable "
+          "plugged in? Switch it off and on where it hangs",
+          options_.port));
+    if (silent > kFrame) return;
+    frozen_ = false;
+    const bool hears_imu = bridge_.hears_imu(SensorTime(now));
+    if (heard_imu_ && !hears_imu) say("LIMO's IMU is not heard: the heading comes from the wheels");
+    heard_imu_ = hears_imu;
+  }
+
+  void write(const std::string& line) { open_ = open_ && (line.empty() || wire_.write(line)); }
+  void say(const std::string& words) {
+    if (greeted_)
+      write(to_line(RobotLog{words}));
+    else
+      wire_.say(words);
+  }
+
+  std::string name_;
+  LimoRobotOptions options_;
+  const RobotWire& wire_;
+  Descriptor port_{};
+  Descriptor beside_{};
+  LimoReader reader_{};
+  LineSplitter lines_{};
+  LimoBridge bridge_;
+  std::mutex mutex_{};
+  CommandGate gate_;  ///< behind the mutex
+  Duration began_{};
+  Duration asked_at_{};
+  std::uint64_t bytes_ = 0;
+  std::uint64_t frames_ = 0;
+  std::uint64_t skipped_ = 0;
+  Duration frame_at_{};  ///< when the newest frame came
+  bool frozen_ = false;
+  InputRole role_ = InputRole::Unknown;
+  bool reported_ = false;
+  bool greeted_ = false;
+  bool heard_imu_ = true;
+  bool open_ = true;
+};
+
+}  // namespace
+
+LimoDrive drive_of(const RobotDescription& robot) {
+  return robot.simulation.dynamics.drive == "ackermann" ? LimoDrive::Ackermann : LimoDrive::Differential;
+}
+
+Status run_limo_robot(const RobotDescription& robot, const LimoRobotOptions& options, const RobotWire& wire) {
+  return LimoRobot(robot, options, wire).run();
+}
+
+}  // namespace waymark

@@ -1,0 +1,104 @@
+#include "waymark/robots/limo/serial_port.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "waymark/robots/watchdog/device_file.hpp"
+
+namespace waymark {
+namespace {
+
+/// By a program that locked it (as this one does), or by one that has it open without a lock and would take
+/// half of LIMO's bytes away. The simulator behind a pseudo-terminal is not meant.
+Error in_use(const std::string& path, bool without_lock = false) {
+  const std::string holder = holder_of(path, !without_lock);
+  const bool ours = holder.starts_with("waymark");
+  return {ErrorCode::Unreadable,
+          (holder.empty() ? "another program" : holder) + " uses the serial port",
+          {.source = path},
+          ours ? "A drive with Waymark is under way: end it (Ctrl-C where it runs), then try again. One that "
+                 "was killed "
+                 "lets go within a second."
+               : "End that program (the ROS driver of LIMO: limo_base), then try again."};
+}
+
+Error open_error(const std::string& path, int error) {
+  const std::vector<std::string> ports = list_serial_ports();
+  const std::string there = ports.empty() ? "This computer has no serial port."
+                                          : fmt::format("There are: {}.", fmt::join(ports, ", "));
+  switch (error) {
+    case ENOENT:
+    case ENODEV:
+    case ENXIO:
+      return {ErrorCode::NotFound, "there is no such serial port", {.source = path}, there};
+    case EISDIR:
+      return {ErrorCode::Unsupported, "this is no serial port", {.source = path}, there};
+    case EACCES:
+    case EPERM:
+      return no_permission(path, "the serial port", there);
+    case EBUSY:
+      return in_use(path);
+    default:
+      return {ErrorCode::Unreadable,
+              fmt::format("cannot be opened: {}", std::strerror(error)),  // NOLINT(concurrency-mt-unsafe)
+              {.source = path},
+              there};
+  }
+}
+
+bool set_line(int port) {
+  termios line{};
+  if (tcgetattr(port, &line) != 0) return false;
+  cfmakeraw(&line);
+  line.c_cflag |= static_cast<tcflag_t>(CLOCAL | CREAD);
+  line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
+  line.c_cc[VMIN] = 1;
+  line.c_cc[VTIME] = 0;
+  (void)cfsetispeed(&line, B460800);
+  (void)cfsetospeed(&line, B460800);
+  return tcsetattr(port, TCSANOW, &line) == 0;
+}
+
+}  // namespace
+
+std::vector<std::string> list_serial_ports() {
+  constexpr std::array kBeginnings = {"ttyTHS", "ttyUSB", "ttyACM", "ttylimo"};
+  std::vector<std::string> ports;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev", error)) {
+    const std::string name = entry.path().filename().string();
+    if (std::ranges::any_of(kBeginnings, [&name](const char* begin) { return name.starts_with(begin); }))
+      ports.push_back(entry.path().string());
+  }
+  std::ranges::sort(ports);
+  return ports;
+}
+
+Result<Descriptor> open_serial_port(const std::string& path) {
+  Descriptor port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!port.open()) return tl::unexpected(open_error(path, errno));
+  if (::isatty(port.number()) == 0)
+    return fail(ErrorCode::Unsupported, "this is no serial port", {.source = path},
+                "For example /dev/ttyTHS1 (Jetson Nano) or /dev/ttyUSB0.");
+  const bool locked = ::flock(port.number(), LOCK_EX | LOCK_NB) == 0;
+  if (!locked || !holder_of(path, false).empty()) return tl::unexpected(in_use(path, locked));
+  if (!set_line(port.number()))
+    return fail(ErrorCode::Unsupported, "the serial port cannot be set to 460800 baud", {.source = path},
+                "Use the port of LIMO's mainboard.");
+  (void)::ioctl(port.number(), TIOCEXCL);
+  (void)::tcflush(port.number(), TCIFLUSH);
+  return port;
+}
+
+}  // namespace waymark

@@ -1,0 +1,87 @@
+#include "waymark/robots/process/command_sender.hpp"
+
+#include <string>
+#include <utility>
+
+#include <poll.h>
+
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr int kFarewells = 4;
+constexpr Duration kFarewell = std::chrono::milliseconds(20);
+
+InputRole role_at_first(const RobotWire& wire) {
+  return wire.listen_only ? InputRole::Listens : InputRole::Unknown;
+}
+
+}  // namespace
+
+InputRole role_after(InputRole role, const RobotOrderLine& order) {
+  if (role != InputRole::Unknown) return role;
+  if (order.kind == RobotOrderLine::Kind::Velocity) return InputRole::Drives;
+  if (order.kind != RobotOrderLine::Kind::Hello) return role;
+  return order.listen_only ? InputRole::Listens : InputRole::Drives;
+}
+
+CommandSender::CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire,
+                             InputRole role)
+    : send_(std::move(send)),
+      input_(wire.input),
+      role_(role == InputRole::Unknown ? role_at_first(wire) : role) {
+  never_wait(input_);
+  thread_ = std::thread([this] { run(); });
+}
+
+CommandSender::~CommandSender() {
+  stop_ = true;
+  thread_.join();
+}
+
+void CommandSender::run() {
+  CommandRepeat repeat;
+  LineSplitter lines;
+  while (!stop_ && !ended_) {
+    const auto command = repeat.due(steady_now());
+    if (command && role_ == InputRole::Drives) send_(held_ ? VelocityCommand{} : *command);
+    pollfd ready{input_, POLLIN, 0};
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(repeat.wait(steady_now())).count();
+    (void)poll(&ready, 1, static_cast<int>(ms));
+    std::string bytes;
+    bool over = read_some(input_, bytes) == Moved::Ended;
+    lines.add(bytes);
+    while (const auto line = lines.next()) {
+      const RobotOrderLine order = parse_order_line(line->text);
+      role_ = role_after(role_, order);
+      if (order.kind == RobotOrderLine::Kind::Bye) said_bye_ = over = true;
+      if (order.kind == RobotOrderLine::Kind::Velocity) repeat.offer(order.command, steady_now());
+    }
+    if (over) break;
+  }
+  for (int i = 0; i < kFarewells && role_ == InputRole::Drives; ++i) {
+    send_({});
+    std::this_thread::sleep_for(kFarewell);
+  }
+  ended_ = true;
+}
+
+EarlyInput::EarlyInput(const RobotWire& wire) : input_(wire.input), role_(role_at_first(wire)) {
+  never_wait(input_);
+}
+
+bool EarlyInput::said_bye() {
+  std::string bytes;
+  (void)read_some(input_, bytes);
+  lines_.add(bytes);
+  bool bye = false;
+  while (const auto line = lines_.next()) {
+    const RobotOrderLine order = parse_order_line(line->text);
+    role_ = role_after(role_, order);
+    bye = bye || order.kind == RobotOrderLine::Kind::Bye;
+  }
+  return bye;
+}
+
+}  // namespace waymark

@@ -1,0 +1,104 @@
+#include "waymark/robots/process/process_robot.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include <fmt/format.h>
+
+#include "waymark/base/printable.hpp"
+
+namespace waymark {
+
+Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& command,
+                                                          const ProcessRobotOptions& options) {
+  auto wire = WatchedProcess::start(command, options.watchdog);
+  if (!wire) return tl::unexpected(wire.error());
+  std::unique_ptr<ProcessRobot> robot(new ProcessRobot(std::move(*wire), command, options.cameras));
+  constexpr Duration kSlice = std::chrono::milliseconds(100);
+  constexpr Duration kQuiet = std::chrono::seconds(1);
+  const Duration began = steady_now();
+  const Duration deadline = began + options.hello_within;
+  bool told = false;
+  while (steady_now() < deadline) {
+    if (options.should_stop())
+      return fail(ErrorCode::Unreadable, "stopped before the robot said hello",
+                  {.source = "process:" + command.text()});
+    if (!told && steady_now() - began > kQuiet) {
+      options.on_waiting(
+          fmt::format("waiting for the robot's hello, for {:g} s at most", to_seconds(options.hello_within)));
+      told = true;
+    }
+    const auto message = robot->next_message(std::min(kSlice, deadline - steady_now()));
+    if (!message) return tl::unexpected(message.error());
+    if (!*message) continue;
+    if (const auto* hello = std::get_if<RobotHello>(&**message)) {
+      robot->hello_ = *hello;
+      return robot;
+    }
+  }
+  return fail(ErrorCode::Unreadable,
+              fmt::format("the robot did not say hello within {:g} s", to_seconds(options.hello_within)),
+              {.source = "process:" + command.text()},
+              "Its first line is {\"type\":\"hello\",…}; does it flush standard output?");
+}
+
+/// Why its process ended, where the last that it said is for people.
+Error ProcessRobot::with_last_words(Error error) const {
+  if (last_words_.empty()) return error;
+  error.message += ", and said last: " + printable(last_words_);
+  error.hint.clear();
+  return error;
+}
+
+Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
+  if (waiting_.empty()) {
+    auto lines = wire_->read(most);
+    if (!lines) return tl::unexpected(with_last_words(lines.error()));
+    const Duration now = steady_now();
+    for (Line& line : *lines) waiting_.push_back({std::move(line), now});
+  }
+  if (waiting_.empty()) return std::optional<RobotMessage>();
+  const Arrived arrived = std::move(waiting_.front());
+  waiting_.pop_front();
+  auto message = reader_.read(arrived.line);
+  if (!message || !*message) return message;
+  const auto* log = std::get_if<RobotLog>(&**message);
+  last_words_ = log != nullptr ? log->text : std::string();
+  if (const auto* sample = std::get_if<Sample>(&**message)) {
+    clock_.receive(stamp_of(*sample), arrived.at);
+    newest_ = std::max(newest_.value_or(stamp_of(*sample)), stamp_of(*sample));
+  }
+  if (const auto* step = std::get_if<RobotStep>(&**message)) step_ = *step;
+  return message;
+}
+
+Result<std::optional<RobotEvent>> ProcessRobot::next(Duration most) {
+  const auto said = [this]() -> std::optional<RobotEvent> {
+    if (texts_.empty()) return std::nullopt;
+    RobotText text{std::move(texts_.front())};
+    texts_.pop_front();
+    return text;
+  };
+  if (auto text = said()) return text;
+  auto message = next_message(most);
+  if (!message) return tl::unexpected(message.error());
+  for (std::string& words : reader_.take_warnings()) texts_.push_back(std::move(words));
+  if (!*message) return said();
+  if (const auto* log = std::get_if<RobotLog>(&**message))
+    return std::optional<RobotEvent>(RobotText{log->text});
+  if (const auto* step = std::get_if<RobotStep>(&**message))
+    return std::optional<RobotEvent>(CommandRequest{step->stamp});
+  if (auto* sample = std::get_if<Sample>(&**message)) return std::optional<RobotEvent>(std::move(*sample));
+  return said();  // greeted once more
+}
+
+Status ProcessRobot::command(const VelocityCommand& command) {
+  return wire_->send(command.speed_m_s, command.yaw_rate_rad_s, hello_.lockstep ? step_.step : 0);
+}
+
+std::optional<SensorTime> ProcessRobot::now() const {
+  if (hello_.lockstep) return step_.step > 0 ? std::optional(step_.stamp) : std::nullopt;
+  return hello_.simulated_time ? newest_ : clock_.at(steady_now());
+}
+
+}  // namespace waymark

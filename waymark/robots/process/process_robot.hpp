@@ -1,0 +1,72 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/robots/process/arrival_clock.hpp"
+#include "waymark/robots/process/robot_messages.hpp"
+#include "waymark/robots/watchdog/watched_process.hpp"
+#include "waymark/samples/robot.hpp"
+
+namespace waymark {
+
+struct ProcessRobotOptions {
+  Duration hello_within = std::chrono::seconds(15);
+  std::string watchdog{};                                    ///< its program; found when empty
+  std::vector<std::string> cameras{};                        ///< names of those the robot has; empty: any
+  std::function<bool()> should_stop = [] { return false; };  ///< asked while the hello is awaited
+  std::function<void(const std::string&)> on_waiting = [](const std::string&) {
+  };  ///< told once, after a second
+};
+
+/// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.
+class ProcessRobot final : public Source, public Robot {
+ public:
+  /// Starts the process and waits for its hello.
+  static Result<std::unique_ptr<ProcessRobot>> start(const RobotCommand& command,
+                                                     const ProcessRobotOptions& options = {});
+
+  [[nodiscard]] const RobotHello& hello() const { return hello_; }
+  /// Also what was passed over in its lines comes as text. Fails on a line that is not understood, and when
+  /// the process ends: why, in words.
+  Result<std::optional<RobotEvent>> next(Duration most) override;
+  [[nodiscard]] bool more() const override { return !waiting_.empty() || !texts_.empty(); }
+  /// Never waits. Answers the newest step, when the robot is in lockstep.
+  Status command(const VelocityCommand& command) override;
+  /// In lockstep: the stamp of the newest step.
+  [[nodiscard]] std::optional<SensorTime> now() const override;
+  /// WatchedProcess::drive_from_child(): a process that is there to be killed. next() goes on until the
+  /// watchdog has ended the robot's process.
+  [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double most_s) {
+    return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, most_s);
+  }
+  /// Stops the robot and ends its process; nothing may be asked of it afterwards.
+  void close() { (void)wire_->close(); }
+
+ private:
+  ProcessRobot(std::unique_ptr<WatchedProcess> wire, const RobotCommand& command,
+               std::vector<std::string> cameras)
+      : wire_(std::move(wire)), reader_("process:" + command.text(), std::move(cameras)) {}
+  [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration most);
+  [[nodiscard]] Error with_last_words(Error error) const;
+
+  std::unique_ptr<WatchedProcess> wire_;
+  RobotMessageReader reader_;
+  RobotHello hello_{};
+  struct Arrived {
+    Line line;
+    Duration at{};
+  };
+  std::deque<Arrived> waiting_{};
+  std::deque<std::string> texts_{};
+  std::string last_words_{};            ///< where a log line is the newest
+  std::optional<SensorTime> newest_{};  ///< stamp of a sample
+  ArrivalClock clock_{};
+  RobotStep step_{};
+};
+
+}  // namespace waymark

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/robots/dds/discovery.hpp"
+
+namespace waymark {
+
+/// How a robot speaks ROS 2 (docs/formats/ros2-profile.md). An empty topic is not used.
+struct Ros2Profile {
+  std::string robot = "limo";
+  std::string command_topic = "/cmd_vel";
+  bool command_stamped = false;
+  bool stops_by_itself = false;
+  std::string odometry_topic = "/odom";
+  std::string imu_topic{};
+  std::string wheels_topic{};
+  std::string scan_topic{};
+  std::string image_topic{};
+  std::string compressed_image_topic{};
+  std::string camera_info_topic{};
+  std::string detections_topic{};
+  std::string gamepad_topic{};
+  std::string truth_topic{};
+  std::string base_frame{};
+  std::string odom_frame{};
+  bool reliable_sensors = false;
+  std::string interface {};
+  std::string ros_distro{};
+  bool use_sim_time = false;
+  bool simulated = false;
+  std::string text{};    ///< that it was read from; no field of its own
+  std::string source{};  ///< the file of that text
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.robot, Field{"robot", "Name or path of the file of its body and camera (robot.md)."});
+    visit(self.command_topic, Field{"command_topic", "Topic of the velocity commands."});
+    visit(self.command_stamped, Field{"command_stamped", "Commands are TwistStamped instead of Twist."});
+    visit(
+        self.stops_by_itself,
+        Field{"stops_by_itself", "The robot stops by itself when commands cease for half a second or less."});
+    visit(self.odometry_topic, Field{"odometry_topic", "nav_msgs/msg/Odometry; needed."});
+    visit(self.imu_topic, Field{"imu_topic", "sensor_msgs/msg/Imu."});
+    visit(self.wheels_topic,
+          Field{"wheels_topic", "sensor_msgs/msg/JointState with a left and a right wheel."});
+    visit(self.scan_topic, Field{"scan_topic", "sensor_msgs/msg/LaserScan."});
+    visit(self.image_topic, Field{"image_topic", "sensor_msgs/msg/Image."});
+    visit(self.compressed_image_topic,
+          Field{"compressed_image_topic", "sensor_msgs/msg/CompressedImage, instead of image_topic."});
+    visit(self.camera_info_topic,
+          Field{"camera_info_topic",
+                "sensor_msgs/msg/CameraInfo, held against the camera of the robot's file."});
+    visit(self.detections_topic,
+          Field{"detections_topic",
+                "apriltag_msgs/msg/AprilTagDetectionArray of the robot's own detector, instead of "
+                "pictures."});
+    visit(self.gamepad_topic, Field{"gamepad_topic", "sensor_msgs/msg/Joy; recorded."});
+    visit(self.truth_topic,
+          Field{"truth_topic", "geometry_msgs/msg/PoseStamped of a simulator; only for judges."});
+    visit(self.base_frame,
+          Field{"base_frame",
+                "Frame of the robot's base in tf; empty: child_frame_id of its odometry, or base_link."});
+    visit(self.odom_frame,
+          Field{"odom_frame", "Frame of the odometry in tf; empty: frame_id of its messages, or odom."});
+    visit(self.reliable_sensors,
+          Field{"reliable_sensors",
+                "Ask for reliable pictures, scans, odometry and IMU instead of best effort."});
+    visit(self.interface,
+          Field{"interface",
+                "IPv4 address or name of the network interface where ROS's environment names none; empty: "
+                "all."});
+    visit(
+        self.ros_distro,
+        Field{"ros_distro",
+              "Release of ROS 2 whose node list shows this program: humble, jazzy, ...; empty: none does."});
+    visit(self.use_sim_time,
+          Field{"use_sim_time",
+                "Time is that of /clock (rosgraph_msgs/msg/Clock), as ROS's parameter of this name has it: a "
+                "simulation that runs slower or faster than real time, or stands."});
+    visit(self.simulated,
+          Field{"simulated", "No wheels turn: it needs no first drive (`waymark commission`)."});
+  }
+};
+
+/// A profile from YAML. Errors have file, line and key; also where odometry or commands have no topic, and
+/// where there is more than one source of tags.
+[[nodiscard]] Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source);
+/// Of a plain name the file in share/ros2, else of a path.
+[[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
+
+/// Restricts the options to the profile's interface, where neither ROS's environment nor a flag restricts
+/// them. Fails where no interface of this machine is that.
+[[nodiscard]] Status use_interface_of(const Ros2Profile& profile, BusOptions& options);
+
+/// How a program of the profile's robot joins the network: as ROS's environment says, on the profile's
+/// interface. Fails on what makes no sense in either.
+[[nodiscard]] Result<BusOptions> network_of(const Ros2Profile& profile, const std::string& node);
+
+/// The time of a simulation.
+struct ClockMessage {
+  static constexpr std::string_view kType = "rosgraph_msgs/msg/Clock";
+  ros2::Time clock{};
+  WAYMARK_ROS2_FIELDS(self.clock)
+};
+
+/// What kind of message a subscription of the profile gives.
+struct Ros2Subscription {
+  std::string topic{};
+  std::string type{};
+  TopicQos qos{};
+};
+[[nodiscard]] std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile);
+/// Topic, type and quality of its commands: reliable, as nodes expect.
+[[nodiscard]] TopicUse command_use(const Ros2Profile& profile);
+/// Everything, as DDS has it.
+[[nodiscard]] std::vector<TopicUse> uses_of(const Ros2Profile& profile);
+
+/// Whether one of the endpoints publishes a topic, of that type where one is given.
+[[nodiscard]] bool is_published(const std::string& topic, const std::vector<BusEndpoint>& others,
+                                std::string_view type = {});
+/// What a drive by the profile needs and nobody publishes, in words: topics of tags and pictures, and the
+/// time.
+[[nodiscard]] std::vector<std::string> missing_publishers(const Ros2Profile& profile,
+                                                          const std::vector<BusEndpoint>& others);
+
+}  // namespace waymark

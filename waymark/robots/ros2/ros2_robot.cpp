@@ -1,0 +1,297 @@
+#include "waymark/robots/ros2/ros2_robot.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/process/command_sender.hpp"
+#include "waymark/robots/process/sender_watch.hpp"
+#include "waymark/robots/ros2/other_drivers.hpp"
+#include "waymark/robots/ros2/publisher_names.hpp"
+#include "waymark/robots/ros2/robot_bridge.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
+#include "waymark/robots/wire/simulation_watch.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kSlice = std::chrono::milliseconds(50);
+constexpr Duration kLookAgain = std::chrono::seconds(1);
+/// A peer that was not discovered at once is so with its next announcement, a second later.
+constexpr Duration kListen = std::chrono::milliseconds(1500);
+
+SensorTime wall_clock() {
+  return SensorTime(
+      std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
+}
+
+constexpr const char* kNothingArrives =
+    "it is offered, but nothing arrives: is its program restricted to its own machine (--localhost, "
+    "ROS_LOCALHOST_ONLY), or a firewall between? ";
+
+class Ros2Robot {
+ public:
+  Ros2Robot(const Ros2Profile& profile, const RobotDescription& robot, BusOptions bus_options,
+            const RobotWire& wire, const Ros2RobotOptions& options)
+      : profile_(profile),
+        name_(robot.model.name),
+        bus_options_(std::move(bus_options)),
+        wire_(wire),
+        talk_(wire),
+        options_(options),
+        bridge_(profile, robot, pictures_in_memory()),
+        uses_(uses_of(profile)),
+        senders_(options.share_commands, kListen),
+        drivers_(command_use(profile).name) {}
+
+  Status run() {
+    if (Status status = join(); !status) return status;
+    const auto send = [this](const VelocityCommand& command) {
+      (void)bus_->publish(*publisher_, bridge_.command(command, now()));
+    };
+    EarlyInput early(wire_);
+    std::optional<CommandSender> sender;
+    began_ = steady_now();
+    while (talk_.open() && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
+      const auto message = bus_->next(kSlice);
+      if (message) receive(*message);
+      listens_ = (sender ? sender->role() : early.role()) == InputRole::Listens;
+      if (!sender && senders_.done(steady_now())) {
+        if (Status ready = prepare_commands(); !ready) return ready;
+        greet();
+        sender.emplace(send, wire_, early.role());
+      }
+      if (sender && profile_.use_sim_time) sender->hold(watch_.silent(steady_now()));
+      if (Status alone = stay_alone(); !alone) return alone;
+      if (const std::string words = watch_.take_words(steady_now(), !listens_); !words.empty())
+        talk_.say(words);
+      if (Status status = look(); !status) return status;
+    }
+    return {};
+  }
+
+ private:
+  /// The clock that commands are stamped by. From any thread.
+  [[nodiscard]] SensorTime now() const {
+    return profile_.use_sim_time ? SensorTime(Duration(simulated_ns_.load())) : wall_clock();
+  }
+
+  Status join() {
+    auto bus = open_bus(bus_options_);
+    if (!bus) return tl::unexpected(bus.error());
+    bus_ = std::move(*bus);
+    for (Ros2Subscription& one : subscriptions_of(profile_)) {
+      const auto number = bus_->subscribe(dds_topic(one.topic, one.type), one.qos);
+      if (!number) return tl::unexpected(number.error());
+      subscriptions_.emplace(*number, std::move(one));
+    }
+    const auto others = bus_->subscribe(command_use(profile_).name, {.reliable = false, .depth = 1});
+    if (!others) return tl::unexpected(others.error());
+    commands_ = *others;
+    return names_.join(*bus_);
+  }
+
+  void receive(const BusMessage& message) {
+    if (names_.take(message)) return;
+    if (message.subscription == commands_) {
+      if (drivers_.hear(message.identity.guid, publisher_.has_value(), *bus_)) senders_.hear_command();
+      return;
+    }
+    const auto from = subscriptions_.find(message.subscription);
+    if (from == subscriptions_.end()) return;
+    if (from->second.topic == profile_.odometry_topic) count_robot(message);
+    const auto lines = bridge_.receive(from->second, message.bytes, message.arrived);
+    if (const auto time = bridge_.simulated_time())
+      watch_simulation(from->second, message.arrived, *time, !lines.empty());
+    if (bridge_.speaks()) senders_.hear_robot(message.arrived);
+    if (!talk_.greeted()) return;
+    talk_.write(lines);
+    talk_.write(bridge_.take_words());
+  }
+
+  /// Others that begin to command it while it is driven.
+  Status stay_alone() {
+    if (!publisher_ || options_.share_commands) return {};
+    const auto words = drivers_.found(names_, *bus_, steady_now() - advertised_);
+    if (!words) return tl::unexpected(words.error());
+    if (!words->empty()) talk_.say_once(*words);
+    return {};
+  }
+
+  void watch_simulation(const Ros2Subscription& from, Duration arrived, SensorTime time, bool passed) {
+    simulated_ns_ = time.time_since_epoch().count();
+    if (from.type == ClockMessage::kType) watch_.clock(arrived);
+    if (from.topic == profile_.odometry_topic && passed) watch_.odometry(arrived);
+  }
+
+  /// By who published odometry within the last moments: one that was begun anew counts once.
+  void count_robot(const BusMessage& message) {
+    constexpr Duration kMoment = std::chrono::milliseconds(500);
+    heard_from_[message.identity.guid] = message.arrived;
+    std::erase_if(heard_from_, [&](const auto& one) { return message.arrived - one.second > kMoment; });
+    if (heard_from_.size() > 1 && talk_.greeted()) talk_.say_once(two_robots());
+  }
+  [[nodiscard]] std::string two_robots() const {
+    return fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
+                       heard_from_.size(), profile_.odometry_topic);
+  }
+
+  /// Where nobody publishes the topic of pictures but somebody its compressed ones (image_transport), those
+  /// are taken.
+  Status take_compressed(const std::vector<BusEndpoint>& others) {
+    if (profile_.image_topic.empty() || compressed_) return {};
+    const std::string topic = profile_.image_topic + "/compressed";
+    const std::string_view type = ros2::CompressedImage::kType;
+    if (is_published(profile_.image_topic, others, ros2::Image::kType) || !is_published(topic, others, type))
+      return {};
+    compressed_ = true;
+    TopicQos qos{.reliable = profile_.reliable_sensors, .depth = 2};
+    const auto number = bus_->subscribe(dds_topic(topic, type), qos);
+    if (!number) return tl::unexpected(number.error());
+    subscriptions_.emplace(*number, Ros2Subscription{topic, std::string(type), qos});
+    talk_.say_once(
+        fmt::format("nobody publishes {}: pictures are taken from {}", profile_.image_topic, topic));
+    return {};
+  }
+
+  Status look_for_others() {
+    const std::string who = drivers_.names(names_, *bus_);
+    if (Status alone = senders_.alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
+      return alone;
+    if (heard_from_.size() > 1 && !options_.share_commands)
+      return fail(ErrorCode::InvalidArgument, two_robots(), {.source = "ROS 2"},
+                  "One command would move both. Give each a ROS_DOMAIN_ID, or a namespace and the topics of "
+                  "its profile.");
+    return {};
+  }
+
+  /// The publisher of commands, where nobody else commands the robot. Who only listens has none.
+  Status prepare_commands() {
+    if (!listens_)
+      if (Status alone = look_for_others(); !alone) return alone;
+    if (listens_) {
+      bus_->unsubscribe(commands_);
+      return {};
+    }
+    const TopicUse commands = command_use(profile_);
+    const auto publisher = bus_->advertise(commands.name, commands.qos);
+    if (!publisher) return tl::unexpected(publisher.error());
+    publisher_ = *publisher;
+    advertised_ = steady_now();
+    return {};
+  }
+
+  void greet() {
+    talk_.greet(name_, profile_.use_sim_time, profile_.simulated);
+    say_clock();
+    if (profile_.image_topic.empty() && profile_.compressed_image_topic.empty() &&
+        profile_.detections_topic.empty())
+      talk_.say_once(
+          "the profile names no topic of pictures or tags (image_topic, compressed_image_topic, "
+          "detections_topic): the robot is placed only by a camera of this computer (--camera-source)");
+    if (!profile_.stops_by_itself && !listens_)
+      talk_.say_once(
+          "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
+          "ros2 "
+          "relay` on it");
+  }
+
+  /// How far the clocks are apart, the way of the messages included.
+  void say_clock() {
+    constexpr double kYear_s = 3e7;
+    if (profile_.use_sim_time || !bridge_.offset()) return;
+    const Duration robot = steady_now() - *bridge_.offset();
+    const double behind_s = to_seconds(wall_clock().time_since_epoch() - robot);
+    const bool other = std::abs(behind_s) > kYear_s;
+    talk_.say_once(fmt::format(
+        "the robot's clock is {:.3f} s {} this computer's, by the stamps of {}{}", std::abs(behind_s),
+        behind_s >= 0 ? "behind" : "ahead of", profile_.odometry_topic,
+        other ? ": if it is the time of a simulation, the profile needs use_sim_time: true" : ""));
+  }
+
+  /// Who is there, once a second.
+  Status look() {
+    const Duration now = steady_now();
+    if (now < next_look_) return {};
+    next_look_ = now + kLookAgain;
+    const std::vector<BusEndpoint> others = bus_->endpoints();
+    const std::vector<std::string> misfits = mismatches(uses_, others);
+    for (const std::string& words : misfits) talk_.say_once(words);
+    if (Status status = take_compressed(others); !status) return status;
+    const Duration waited = now - began_;
+    if (senders_.heard_robot()) {
+      if (waited > kListen && talk_.greeted())
+        for (const std::string& words : missing_publishers(profile_, others)) talk_.say_once(words);
+      const BusTopic commands = command_use(profile_).name;
+      const bool hears = std::ranges::any_of(others, [&](const BusEndpoint& other) {
+        return !other.publishes && other.name.topic == commands.topic && other.name.type == commands.type;
+      });
+      if (publisher_ && now - advertised_ > kListen && !hears)
+        talk_.say_once(
+            fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
+      return {};
+    }
+    const std::string where = why_nothing_came(misfits.empty(), others) + searched(bus_options_, *bus_);
+    if (waited >= options_.give_up_after)
+      return fail(
+          ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
+          {.source = "ROS 2"},
+          (others.empty() ? std::string()
+                          : "Is the topic's name in the profile right (`waymark ros2 topic list`)? ") +
+              "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?");
+    if (waited >= options_.report_after)
+      talk_.say_once(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
+    return {};
+  }
+
+  [[nodiscard]] bool waits_for_clock() const { return profile_.use_sim_time && !bridge_.simulated_time(); }
+
+  [[nodiscard]] std::string why_nothing_came(bool fits, const std::vector<BusEndpoint>& others) const {
+    if (waits_for_clock() && !is_published("/clock", others))
+      return "nobody publishes /clock, whose time the profile asks for (use_sim_time); ";
+    if (waits_for_clock()) return "no time came on /clock (use_sim_time); ";
+    return fits && is_published(profile_.odometry_topic, others) ? kNothingArrives : "";
+  }
+
+  Ros2Profile profile_;
+  std::string name_;
+  BusOptions bus_options_;
+  const RobotWire& wire_;
+  RobotTalk talk_;
+  Ros2RobotOptions options_;
+  RobotBridge bridge_;
+  std::vector<TopicUse> uses_;
+  std::unique_ptr<Bus> bus_{};
+  SenderWatch senders_;
+  OtherDrivers drivers_;
+  SimulationWatch watch_{};
+  std::atomic<std::int64_t> simulated_ns_ = 0;
+  std::map<Guid, Duration> heard_from_{};  ///< publishers of odometry, and when
+  PublisherNames names_{};
+  std::optional<std::size_t> publisher_{};
+  Duration advertised_{};
+  bool listens_ = false;                                     ///< somebody else drives
+  std::size_t commands_ = 0;                                 ///< subscription of what others command
+  std::map<std::size_t, Ros2Subscription> subscriptions_{};  ///< by number
+  bool compressed_ = false;
+  Duration began_{};
+  Duration next_look_{};
+};
+
+}  // namespace
+
+Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
+                      const BusOptions& bus_options, const RobotWire& wire, const Ros2RobotOptions& options) {
+  return Ros2Robot(profile, robot, bus_options, wire, options).run();
+}
+
+}  // namespace waymark

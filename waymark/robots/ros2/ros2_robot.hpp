@@ -1,0 +1,44 @@
+#pragma once
+
+#include "waymark/base/job_field.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/robots/dds/bus.hpp"
+#include "waymark/robots/process/robot_wire.hpp"
+#include "waymark/robots/ros2/profile.hpp"
+#include "waymark/robots/wire/robot_talk.hpp"
+
+namespace waymark {
+
+struct Ros2RobotOptions {
+  bool share_commands = false;                      ///< drive although another program sends commands
+  Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
+  Duration give_up_after = std::chrono::seconds(12);
+};
+
+/// What a user says of such a process.
+struct Ros2RobotWords {
+  std::string profile{};
+  std::string robot_file{};  ///< empty: as the profile says
+  RobotWireWords wire{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.profile, JobField("profile profile PROFILE",
+                                 "Profile: limo, turtlebot3, limo-sim, or the path of a .yaml file")
+                            .input()
+                            .required());
+    visit(self.robot_file,
+          JobField("robot_file NAME", "Body and camera of the robot; unless given: as the profile says"));
+    RobotWireWords::fields(self.wire, visit);
+  }
+};
+
+/// Is the process of a robot that speaks ROS 2 (docs/formats/robot-process.md): subscribes what its profile
+/// names, publishes its commands, until the input ends. The hello comes 1.5 s after the first
+/// odometry; before it nothing is sent, and the input is not read. Fails, and says what is on the network
+/// instead, when no odometry came, and when another program commands the robot.
+[[nodiscard]] Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
+                                    const BusOptions& bus_options, const RobotWire& wire,
+                                    const Ros2RobotOptions& options = {});
+
+}  // namespace waymark

@@ -1,0 +1,146 @@
+#include "waymark/robots/ros2/topic_tools.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "waymark/base/counted.hpp"
+#include "waymark/base/suggest.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kSlice = std::chrono::milliseconds(50);
+constexpr Duration kQuiet = std::chrono::milliseconds(500);
+constexpr int kKept = 100;
+
+std::string qos_words(const TopicQos& qos) {
+  return std::string(qos.reliable ? "reliable" : "best effort") +
+         (qos.transient_local ? ", transient local" : "");
+}
+
+}  // namespace
+
+std::vector<TopicListing> list_topics(const std::vector<BusEndpoint>& endpoints) {
+  std::map<std::pair<std::string, std::string>, TopicListing> found;
+  std::map<std::pair<std::string, std::string>, std::set<std::string>> offered;
+  for (const BusEndpoint& endpoint : endpoints) {
+    const auto name = ros_topic(endpoint.name);
+    if (!name) continue;
+    const auto key = std::pair(name->topic, name->type);
+    TopicListing& entry = found[key];
+    entry.topic = name->topic;
+    entry.type = name->type;
+    (endpoint.publishes ? entry.publishers : entry.subscriptions) += 1;
+    if (endpoint.publishes) offered[key].insert(qos_words(endpoint.qos));
+  }
+  std::vector<TopicListing> all;
+  for (auto& [key, entry] : found) {
+    for (const std::string& words : offered[key])
+      entry.offered += (entry.offered.empty() ? "" : " / ") + words;
+    all.push_back(std::move(entry));
+  }
+  return all;
+}
+
+std::string to_text(const TopicListing& listing) {
+  return fmt::format("{} [{}] {}{}, {}", listing.topic, listing.type,
+                     counted(listing.publishers, "publisher"),
+                     listing.offered.empty() ? "" : " (" + listing.offered + ")",
+                     counted(listing.subscriptions, "subscription"));
+}
+
+void wait_for_discovery(const Bus& bus, Duration most, const std::function<bool()>& should_stop) {
+  const Duration began = steady_now();
+  std::size_t known = 0;
+  Duration changed = began;
+  while (steady_now() - began < most && !should_stop()) {
+    std::this_thread::sleep_for(kSlice);
+    const std::size_t now_known = bus.endpoints().size() + bus.participants().size();
+    if (now_known != known) changed = steady_now();
+    known = now_known;
+    if (known > 0 && steady_now() - changed > kQuiet) return;
+  }
+}
+
+Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration most,
+                                 const std::function<bool()>& should_stop) {
+  if (!is_topic_name(topic))
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name of a topic", topic),
+                {.key = "topic"}, "`waymark ros2 topic list` shows those there are.");
+  const Duration began = steady_now();
+  const std::string wanted = topic.starts_with('/') ? topic : "/" + topic;
+  std::set<std::string> names;
+  do {
+    std::set<std::string> types;
+    names.clear();
+    TopicQos qos{.depth = kKept};
+    for (const BusEndpoint& endpoint : bus.endpoints()) {
+      const auto name = ros_topic(endpoint.name);
+      if (!name || !endpoint.publishes) continue;
+      names.insert(name->topic);
+      if (name->topic != wanted) continue;
+      types.insert(name->type);
+      qos.reliable = qos.reliable && endpoint.qos.reliable;
+      qos.transient_local = endpoint.qos.transient_local;
+    }
+    if (types.size() > 1)
+      return fail(ErrorCode::Unsupported, "it is published with two types", {.key = wanted},
+                  *types.begin() + " and " + *types.rbegin());
+    if (types.size() == 1) {
+      const auto number = bus.subscribe(dds_topic(wanted, *types.begin()), qos);
+      if (!number) return tl::unexpected(number.error());
+      return WatchedTopic{{wanted, *types.begin()}, *number};
+    }
+    std::this_thread::sleep_for(kSlice);
+  } while (steady_now() - began < most && !should_stop());
+  return fail(ErrorCode::NotFound, "nobody publishes " + wanted, {},
+              names.empty() ? "" : suggestion(wanted, std::vector<std::string>(names.begin(), names.end())));
+}
+
+Status watch_messages(Bus& bus, const std::string& topic, const WatchLimits& limits,
+                      const std::function<bool()>& should_stop,
+                      const std::function<Status(const WatchedTopic&, const BusMessage&)>& take) {
+  const auto watched = watch_topic(bus, topic, limits.patience, should_stop);
+  if (!watched) return tl::unexpected(watched.error());
+  const Duration began = steady_now();
+  int count = 0;
+  while (!should_stop() && (limits.messages == 0 || count < limits.messages) &&
+         (limits.duration_s == 0 || to_seconds(steady_now() - began) <= limits.duration_s)) {
+    const auto message = bus.next(kSlice);
+    if (!message) continue;
+    if (Status taken = take(*watched, *message); !taken) return taken;
+    ++count;
+  }
+  if (count > 0) return {};
+  return fail(ErrorCode::NotFound, "no message came", {.key = watched->name.topic});
+}
+
+void RateCounter::add(Duration arrived, std::size_t bytes) {
+  if (count_++ == 0) {
+    first_ = last_ = arrived;
+    return;
+  }
+  bytes_ += bytes;
+  shortest_ = std::min(shortest_, arrived - last_);
+  longest_ = std::max(longest_, arrived - last_);
+  last_ = arrived;
+}
+
+double RateCounter::rate_hz() const {
+  return count_ < 2 || last_ <= first_ ? 0 : static_cast<double>(count_ - 1) / to_seconds(last_ - first_);
+}
+
+std::string RateCounter::text() const {
+  if (count_ < 2) return count_ == 0 ? "no message" : "one message";
+  const double seconds = std::max(to_seconds(last_ - first_), 1e-9);
+  return fmt::format("{:.2f} Hz, {:.3f} MB/s, {:.1f} ms apart (from {:.1f} to {:.1f}), {} messages",
+                     rate_hz(), static_cast<double>(bytes_) / seconds * 1e-6, 1e3 / rate_hz(),
+                     1e3 * to_seconds(shortest_), 1e3 * to_seconds(longest_), count_);
+}
+
+}  // namespace waymark

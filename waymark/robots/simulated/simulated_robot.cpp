@@ -1,0 +1,188 @@
+#include "waymark/robots/simulated/simulated_robot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kStep = std::chrono::milliseconds(5);
+/// Streams of their own, so that a lidar or a picture more does not change the other noise.
+constexpr std::uint64_t kLidarSeed = 5000;
+constexpr std::uint64_t kPictureSeed = 1'000'003;
+constexpr std::uint64_t kCameraSeed = 7919;
+
+Duration period(double rate_hz) { return Duration(std::llround(1e9 / rate_hz)); }
+
+}  // namespace
+
+bool SimulatedRobot::Timer::due(SensorTime now) {
+  if (now < next) return false;
+  next += period;
+  return true;
+}
+
+SimulatedRobot::SimulatedRobot(World world, RobotModel model, const CameraModel& camera,
+                               const SE2& map_T_base, const SimulatedRobotOptions& options,
+                               CameraOutput camera_output)
+    : SimulatedRobot(std::move(world), model, {{.camera = camera, .base_T_cam = model.base_T_cam}},
+                     map_T_base, options, camera_output) {}
+
+SimulatedRobot::SimulatedRobot(World world, RobotModel model, std::vector<MountedCamera> cameras,
+                               const SE2& map_T_base, const SimulatedRobotOptions& options,
+                               CameraOutput camera_output)
+    : true_world_(std::move(world)),
+      world_(std::make_shared<const World>(true_world_)),
+      model_(std::move(model)),
+      options_(options),
+      random_(options.seed),
+      dynamics_(model_, options.dynamics, map_T_base, random_.fork()),
+      sensors_(model_, options.sensors, random_.fork()),
+      camera_timer_{period(options.camera_rate_hz)},
+      odometry_timer_{period(options.odometry_rate_hz)},
+      imu_timer_{period(options.imu_rate_hz)},
+      truth_timer_{period(options.truth_rate_hz)},
+      lidar_timer_{period(std::max(options.lidar.rate_hz, 0.1))},
+      lidar_(true_world_, options.lidar),
+      lidar_random_(options.seed + kLidarSeed),
+      camera_output_(camera_output),
+      happened_(options.faults.size(), false) {
+  lidar_timer_.next += lidar_timer_.period;  // the first turn is over then
+  for (MountedCamera& camera : cameras)
+    cameras_.push_back({std::move(camera), Random(options.seed + kCameraSeed * cameras_.size())});
+}
+
+bool SimulatedRobot::wrong(FaultKind kind) const {
+  return !options_.faults.empty() && active(options_.faults, kind, to_seconds(uptime()));
+}
+
+/// A fault about motion that is going on.
+void SimulatedRobot::suffer(const Fault& fault, Grip& grip) {
+  if (fault.kind == FaultKind::SlipBurst) {
+    grip.speed_share = fault.speed_share;
+    grip.yaw_share = fault.yaw_share;
+  }
+  if (fault.kind == FaultKind::BatterySag) grip.motor_share = fault.speed_share;
+  grip.blocked = grip.blocked || fault.kind == FaultKind::WheelsBlocked;
+  grip.held = grip.held || fault.kind == FaultKind::RobotHeld;
+  if (fault.kind == FaultKind::Carried)
+    dynamics_.place(dynamics_.map_T_base() * SE2::exp(fault.carry * to_seconds(kStep)));
+}
+
+void SimulatedRobot::let_things_go_wrong() {
+  if (options_.faults.empty()) return;
+  const double now_s = to_seconds(uptime());
+  Grip grip;
+  for (std::size_t i = 0; i < options_.faults.size(); ++i) {
+    const Fault& fault = options_.faults[i];
+    if (active(fault, now_s)) suffer(fault, grip);
+    if (happened_[i] || now_s < fault.at_s) continue;
+    happened_[i] = true;
+    if (fault.kind == FaultKind::Kidnapped) dynamics_.place(dynamics_.map_T_base() * fault.base_T_put);
+    if (fault.kind == FaultKind::ClockJump) clock_offset_ += Duration(std::llround(fault.jump_s * 1e9));
+  }
+  dynamics_.set_grip(grip);
+  if (now_s < next_tag_change_s_) return;
+  world_ = std::make_shared<const World>(with_tag_faults(true_world_, options_.faults, now_s));
+  next_tag_change_s_ = next_tag_change_s(options_.faults, now_s);
+}
+
+/// Puts a sample among those that are ready, by the robot's clock.
+void SimulatedRobot::say(Sample sample) {
+  if (clock_offset_ != Duration::zero())
+    std::visit([&](auto& value) { value.stamp += clock_offset_; }, sample);
+  ready_.push_back(std::move(sample));
+}
+
+void SimulatedRobot::say_later(Sample sample) {
+  if (options_.camera_latency_s <= 0) return say(std::move(sample));
+  std::visit([&](auto& value) { value.stamp += clock_offset_; }, sample);
+  late_.push_back({uptime() + Duration(std::llround(options_.camera_latency_s * 1e9)), std::move(sample)});
+}
+
+void SimulatedRobot::take_picture() {
+  ++pictures_;
+  if (!wrong(FaultKind::CameraStuck)) looks_from_ = dynamics_.map_T_base();
+  for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+    if (camera_output_ == CameraOutput::Corners)
+      take_corners(camera);
+    else
+      look_with(camera);
+  }
+}
+
+void SimulatedRobot::take_corners(std::size_t camera) {
+  CameraState& state = cameras_[camera];
+  const SensorTime stamp = dynamics_.now();
+  if (!wrong(FaultKind::CameraFrozen)) {
+    const SE3 map_T_cam = lift(looks_from_) * state.mounted.base_T_cam;
+    Random& random = camera == 0 ? random_ : state.random;
+    state.last_frame = see_tags(*world_, state.mounted.camera, map_T_cam, stamp, options_.tag_camera, random);
+    state.last_frame.camera = state.mounted.name;
+  }
+  state.last_frame.stamp = stamp;
+  if (wrong(FaultKind::CameraBlackout)) state.last_frame.detections.clear();
+  if (!wrong(FaultKind::CameraLost)) say_later(state.last_frame);
+}
+
+void SimulatedRobot::look_with(std::size_t camera) {
+  CameraState& state = cameras_[camera];
+  const SensorTime stamp = dynamics_.now();
+  if (!wrong(FaultKind::CameraFrozen))
+    state.last_shot = {.world = world_,
+                       .map_T_base = lift(looks_from_),
+                       .twist = dynamics_.twist(),
+                       .seed = options_.seed + kPictureSeed * pictures_ + kCameraSeed * camera,
+                       .camera = camera};
+  state.last_shot.stamp = stamp + clock_offset_;
+  state.last_shot.dark = wrong(FaultKind::CameraBlackout);
+  if (wrong(FaultKind::CameraLost)) return;
+  shots_.push_back(state.last_shot);
+  say_later(CameraFrame{.stamp = stamp, .camera = state.mounted.name});
+}
+
+void SimulatedRobot::speak() {
+  const SensorTime now = dynamics_.now();
+  if (truth_timer_.due(now)) say(TruthPose{now, lift(dynamics_.map_T_base())});
+  if (imu_timer_.due(now)) say(sensors_.read_imu(dynamics_));
+  if (odometry_timer_.due(now)) {
+    const WheelTicks wheels = sensors_.read_wheels(dynamics_);
+    const Odometry odometry = sensors_.read_odometry(dynamics_);
+    if (!wrong(FaultKind::OdometryLost)) {
+      say(wheels);
+      say(odometry);
+    }
+  }
+  if (options_.lidar.rate_hz > 0 && lidar_timer_.due(now))
+    say(lidar_.scan(dynamics_.map_T_base(), dynamics_.twist(), now, lidar_random_));
+  if (camera_timer_.due(now)) take_picture();
+  for (; !late_.empty() && late_.front().due <= uptime(); late_.pop_front())
+    ready_.push_back(std::move(late_.front().sample));
+}
+
+Sample SimulatedRobot::next() {
+  while (ready_.empty()) {
+    const bool fresh = to_seconds(uptime() - command_uptime_) <= options_.watchdog_s;
+    dynamics_.step(fresh ? command_ : VelocityCommand{}, kStep);
+    let_things_go_wrong();
+    speak();
+  }
+  Sample sample = std::move(ready_.front());
+  ready_.pop_front();
+  if (std::holds_alternative<CameraFrame>(sample)) {
+    given_shot_ = std::move(shots_.front());
+    shots_.pop_front();
+  }
+  return sample;
+}
+
+Status SimulatedRobot::command(const VelocityCommand& command) {
+  command_ = command;
+  command_uptime_ = uptime();
+  return {};
+}
+
+}  // namespace waymark

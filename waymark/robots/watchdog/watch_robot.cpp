@@ -1,0 +1,216 @@
+#include "waymark/robots/watchdog/watch_robot.hpp"
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <vector>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include "waymark/robots/watchdog/lines.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kLongestCommand = 256;
+constexpr Duration kUnreadPoll = std::chrono::milliseconds(2);
+constexpr Duration kHeartbeat = std::chrono::milliseconds(50);
+
+volatile std::sig_atomic_t asked_to_end = 0;
+extern "C" void ask_to_end(int /*signal*/) { asked_to_end = 1; }
+
+/// Only the driver ends us: by closing our input, or with SIGTERM.
+void set_signals() {
+  for (const int signal : {SIGINT, SIGQUIT, SIGHUP, SIGPIPE}) (void)std::signal(signal, SIG_IGN);
+  struct sigaction on_term {};
+  on_term.sa_handler = ask_to_end;
+  sigaction(SIGTERM, &on_term, nullptr);
+}
+
+class Watchdog {
+ public:
+  Watchdog(Spawned robot, const WatchRobotOptions& options, bool listen_only)
+      : robot_(std::move(robot)),
+        options_(options),
+        watch_(options.watch),
+        parent_(getppid()),
+        listen_only_(listen_only) {
+    never_wait(STDIN_FILENO);
+    never_wait(STDOUT_FILENO);
+    hello_ = fmt::format("{{\"type\":\"hello\",\"protocol_version\":1,\"command_timeout_s\":{}{}}}\n",
+                         to_seconds(options.watch.timeout), listen_only ? ",\"listen_only\":true" : "");
+  }
+
+  int run() {
+    while (!over()) {
+      wait();
+      const Duration now = steady_now();
+      hear_driver(now);
+      hear_robot();
+      tell_driver();
+      tell_robot(now);
+    }
+    return end();
+  }
+
+ private:
+  void wait() {
+    const Duration now = steady_now();
+    Duration until = listen_only_ ? kHeartbeat : std::min(kHeartbeat, watch_.next(now) - now);
+    if (robot_.to.open() && until <= Duration(0)) until = kUnreadPoll;  // due, but it does not read
+    std::array<pollfd, 3> fds{{{driver_gone_at_ ? -1 : STDIN_FILENO, POLLIN, 0},
+                               {queue_.empty() || reader_gone_ ? -1 : STDOUT_FILENO, POLLOUT, 0},
+                               {robot_.from.number(), POLLIN, 0}}};
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(until).count();
+    (void)poll(fds.data(), fds.size(), static_cast<int>(std::clamp<std::int64_t>(ms, 0, 50)));
+  }
+
+  void driver_gone(Duration now) {
+    if (driver_gone_at_) return;
+    driver_gone_at_ = now;
+    watch_.give_up();
+  }
+
+  void hear_driver(Duration now) {
+    if (asked_to_end != 0 || getppid() != parent_) driver_gone(now);
+    if (driver_gone_at_) return;
+    std::string bytes;
+    const Moved moved = read_some(STDIN_FILENO, bytes);
+    commands_.add(bytes);
+    while (const auto line = commands_.next()) {
+      const auto command = parse_wire_line(line->text);
+      if (command) (void)watch_.offer(*command, now);
+    }
+    if (moved == Moved::Ended) driver_gone(now);
+  }
+
+  void hear_robot() {
+    if (!robot_.from.open()) return;
+    std::string bytes;
+    const Moved moved = read_some(robot_.from.number(), bytes);
+    lines_.add(bytes);
+    const auto pass_on = [this](Line line) {
+      // One byte more than may be says to the driver that it was too long.
+      if (line.too_long) line.text += '.';
+      if (!reader_gone_) queue_.push(std::move(line.text) + '\n');
+    };
+    while (auto line = lines_.next()) pass_on(std::move(*line));
+    if (moved != Moved::Ended) return;
+    robot_.from.close();
+    if (auto line = lines_.rest()) pass_on(std::move(*line));
+    // Nobody knows any more what it senses: zero from now on, and soon the end.
+    mute_at_ = steady_now();
+    watch_.give_up();
+  }
+
+  void tell_driver() {
+    while (!reader_gone_ && !queue_.empty()) {
+      std::size_t written = 0;
+      const Moved moved = write_some(STDOUT_FILENO, queue_.front(), written);
+      reader_gone_ = moved == Moved::Ended;
+      if (reader_gone_) driver_gone(steady_now());
+      if (moved != Moved::Some) return;
+      queue_.pop(written);
+    }
+    if (!mute_at_ || !queue_.empty() || said_all_) return;
+    (void)close(STDOUT_FILENO);  // the driver is to know at once
+    said_all_ = true;
+  }
+
+  /// One order at a time: the next one only when the last was read, so that a slow robot never works off a
+  /// queue of orders that are long out of date.
+  void tell_robot(Duration now) {
+    if (!robot_.to.open()) return;
+    if (!hello_.empty()) {
+      say(hello_);
+      hello_.clear();
+    }
+    if (listen_only_ || !all_read(robot_.to.number())) return;
+    if (const auto order = watch_.due(now)) say(order_line(*order));
+  }
+
+  void say(const std::string& line) {
+    std::size_t written = 0;  // shorter than PIPE_BUF: all or nothing
+    if (write_some(robot_.to.number(), line, written) == Moved::Ended) robot_.to.close();
+  }
+
+  [[nodiscard]] bool over() {
+    status_ = wait_status(robot_.pid);
+    if (status_ || !robot_.to.open()) return true;  // one that takes no orders cannot be stopped by them
+    const Duration now = steady_now();
+    closed_output_ = mute_at_ && now - *mute_at_ >= options_.farewell;
+    return closed_output_ || (driver_gone_at_ && now - *driver_gone_at_ >= options_.farewell);
+  }
+
+  /// Waits for the robot's process, and reads what it still says, until `deadline`.
+  bool ended_by(Duration deadline) {
+    while (!status_ && steady_now() < deadline) {
+      hear_robot();
+      tell_driver();
+      (void)poll(nullptr, 0, 5);
+      status_ = wait_status(robot_.pid);
+    }
+    return status_.has_value();
+  }
+
+  int end() {
+    if (!status_) {
+      if (robot_.to.open()) say("{\"type\":\"bye\"}\n");
+      robot_.to.close();
+      if (!ended_by(steady_now() + options_.patience)) {
+        (void)kill(-robot_.pid, SIGTERM);
+        if (!ended_by(steady_now() + options_.patience)) {
+          (void)kill(-robot_.pid, SIGKILL);
+          (void)ended_by(steady_now() + options_.patience);
+        }
+      }
+    }
+    (void)kill(-robot_.pid, SIGTERM);  // whatever it left behind
+    const Duration deadline = steady_now() + options_.patience;
+    do {  // its last words
+      hear_robot();
+      tell_driver();
+    } while (!driver_gone_at_ && (robot_.from.open() || !queue_.empty()) && steady_now() < deadline &&
+             poll(nullptr, 0, 1) == 0);
+    if (queue_.dropped() > 0)
+      fmt::print(stderr, "waymark-watchdog: {} lines of the robot were dropped: nobody read them in time\n",
+                 queue_.dropped());
+    if (closed_output_) return kRobotClosedItsOutput;
+    return status_ ? exit_code_of(*status_) : 128 + SIGKILL;
+  }
+
+  Spawned robot_;
+  WatchRobotOptions options_;
+  CommandWatch watch_;
+  pid_t parent_;
+  bool listen_only_;
+  std::string hello_;
+  LineSplitter commands_{kLongestCommand};
+  LineSplitter lines_{};
+  LineQueue queue_{};
+  std::optional<Duration> driver_gone_at_{};
+  bool reader_gone_ = false;           ///< of what the robot says; whoever drives may be gone before
+  std::optional<Duration> mute_at_{};  ///< the robot's standard output ended
+  bool said_all_ = false;              ///< and the driver was given all of it
+  bool closed_output_ = false;         ///< while its process went on
+  std::optional<int> status_{};
+};
+
+}  // namespace
+
+int watch_robot(const RobotCommand& command, const WatchRobotOptions& options) {
+  set_signals();
+  Result<Spawned> robot =
+      spawn(command.words.empty() ? std::vector<std::string>{"/bin/sh", "-c", command.shell} : command.words);
+  if (!robot) {
+    fmt::print(stderr, "waymark-watchdog: {}\n", to_string(robot.error()));
+    return kRobotCannotStart;
+  }
+  return Watchdog(std::move(*robot), options, command.listen_only).run();
+}
+
+}  // namespace waymark

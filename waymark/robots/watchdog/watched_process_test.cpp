@@ -1,0 +1,294 @@
+#include "waymark/robots/watchdog/watched_process.hpp"
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "waymark/base/random.hpp"
+
+// Processes live in real time; what is held here is the order of things. The bounds in seconds are for
+// machines that are busy with something else.
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+struct Heard {
+  Duration at{};
+  std::string line{};
+
+  [[nodiscard]] bool moves() const {
+    return line.find("velocity") != std::string::npos && line.find("\"speed_m_s\":0,") == std::string::npos;
+  }
+  [[nodiscard]] bool stops() const { return line.find("\"stop\"") != std::string::npos; }
+  [[nodiscard]] bool bye() const { return line.find("bye") != std::string::npos; }
+};
+
+/// A robot that writes every order it reads into a pipe with a name, where the test stamps it.
+class Robot {
+ public:
+  Robot() {
+    std::string name = (std::filesystem::temp_directory_path() / "waymark-wire-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+    const std::string fifo = (folder_ / "orders").string();
+    EXPECT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+    orders_ = Descriptor(::open(fifo.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  }
+  ~Robot() { std::filesystem::remove_all(folder_); }
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+
+  /// The other descriptor keeps the pipe to the watchdog open.
+  [[nodiscard]] std::string command() const {
+    return "exec 3>&1; exec cat > " + (folder_ / "orders").string();
+  }
+  /// Says one line, closes its standard output, and goes on for as long as it is told something.
+  [[nodiscard]] std::string mute_command() const {
+    return "echo here; sleep 0.3; exec cat > " + (folder_ / "orders").string();
+  }
+  [[nodiscard]] std::string slow_command() const {
+    return "while read line; do echo \"$line\" > " + (folder_ / "orders").string() + "; sleep 0.1; done";
+  }
+  /// Listens until `enough` says so of the newest line; false after 20 s.
+  template <class Enough>
+  bool listen(Enough enough) {
+    const Duration deadline = steady_now() + seconds(20);
+    while (steady_now() < deadline) {
+      pollfd ready{orders_.number(), POLLIN, 0};
+      (void)poll(&ready, 1, 20);
+      std::string bytes;
+      (void)read_some(orders_.number(), bytes);
+      lines_.add(bytes);
+      while (const auto line = lines_.next()) {
+        received_.push_back({steady_now(), line->text});
+        if (enough(received_.back())) return true;
+      }
+    }
+    return false;
+  }
+  [[nodiscard]] const std::vector<Heard>& received() const { return received_; }
+
+ private:
+  std::filesystem::path folder_;
+  Descriptor orders_;
+  LineSplitter lines_;
+  std::vector<Heard> received_;
+};
+
+/// A program of its own that drives on and on.
+pid_t fork_driver(const std::string& command) {
+  const pid_t pid = fork();
+  if (pid != 0) return pid;
+  auto robot = WatchedProcess::start(command, WAYMARK_WATCHDOG);
+  while (robot && (*robot)->send(0.3, 0.1)) (void)(*robot)->read(milliseconds(20));
+  _exit(1);
+}
+
+void reap(pid_t pid) {
+  int status = 0;
+  waitpid(pid, &status, 0);
+}
+
+TEST(Watchdog, StopsTheRobotWhenTheDriverIsKilledAtAnyMoment) {
+  Random random(20261122);
+  Duration worst{};
+  for (int i = 0; i < 5; ++i) {
+    Robot robot;
+    const pid_t driver = fork_driver(robot.command());
+    ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+    const Duration until = steady_now() + milliseconds(static_cast<int>(random.uniform() * 120));
+    ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.at >= until; }));
+    const std::size_t before = robot.received().size();
+    const Duration killed = steady_now();
+    ASSERT_EQ(kill(driver, SIGKILL), 0);
+    reap(driver);
+    ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); })) << "the end is said";
+    bool stopped = false;
+    int zeros = 0;
+    for (std::size_t k = before; k < robot.received().size(); ++k) {
+      const Heard& received = robot.received()[k];
+      if (received.stops() && !stopped) worst = std::max(worst, received.at - killed);
+      stopped = stopped || received.stops();
+      zeros += received.stops() ? 1 : 0;
+      EXPECT_FALSE(stopped && received.moves()) << received.line;
+    }
+    EXPECT_GE(zeros, 3) << "zero is repeated";
+  }
+  RecordProperty("worst_ms", static_cast<int>(worst.count() / 1'000'000));
+  EXPECT_LT(worst, seconds(2));
+}
+
+TEST(Watchdog, StopsTheRobotWhenTheDriverIsFrozenAndGoesOnWhenItThaws) {
+  Robot robot;
+  const pid_t driver = fork_driver(robot.command());
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+  ASSERT_EQ(kill(driver, SIGSTOP), 0);
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  EXPECT_NE(robot.received().back().line.find("no fresh command"), std::string::npos);
+  const std::size_t at = robot.received().size();
+  const Duration until = steady_now() + milliseconds(200);
+  ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.at > until; }));
+  for (std::size_t k = at; k < robot.received().size(); ++k) EXPECT_TRUE(robot.received()[k].stops());
+  ASSERT_EQ(kill(driver, SIGCONT), 0);
+  EXPECT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+  kill(driver, SIGKILL);
+  reap(driver);
+  EXPECT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
+}
+
+TEST(Watchdog, ARobotThatIsOnlyListenedToIsToldNoVelocity) {
+  Robot robot;
+  RobotCommand command(robot.command());
+  command.listen_only = true;
+  {
+    auto wire = WatchedProcess::start(command, WAYMARK_WATCHDOG);
+    ASSERT_TRUE(wire) << to_string(wire.error());
+    ASSERT_TRUE((*wire)->send(0.3, 0.1)) << "by mistake";
+    const Duration until = steady_now() + milliseconds(400);
+    while (steady_now() < until) (void)(*wire)->read(milliseconds(50));
+  }
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
+  ASSERT_EQ(robot.received().size(), 2U);
+  EXPECT_NE(robot.received().front().line.find("\"listen_only\":true"), std::string::npos);
+}
+
+TEST(Watchdog, SendsZeroBeforeTheFirstCommandAndAfterTheLast) {
+  Robot robot;
+  auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire) << to_string(wire.error());
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  EXPECT_NE(robot.received().front().line.find("hello"), std::string::npos);
+  EXPECT_NE(robot.received().back().line.find("no command yet"), std::string::npos);
+  ASSERT_TRUE((*wire)->send(0.3, 0, 17));
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+  EXPECT_NE(robot.received().back().line.find("\"step\":17"), std::string::npos);
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); })) << "0.25 s later";
+  EXPECT_EQ((*wire)->close(), 0) << "cat ends when its input does";
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
+  EXPECT_FALSE((*wire)->send(0.3, 0)) << "it is closed";
+}
+
+TEST(Watchdog, SaysHowTheRobotsProcessEnded) {
+  for (const auto& [command, words] :
+       std::vector<std::pair<std::string, std::string>>{{"echo last words; exit 3", "exit code 3"},
+                                                        {"echo last words; kill -9 $$", "signal 9"},
+                                                        {"echo last words; exit 0", "exit code 0"}}) {
+    auto wire = WatchedProcess::start(command, WAYMARK_WATCHDOG);
+    ASSERT_TRUE(wire);
+    std::string said;
+    Result<std::vector<Line>> lines;
+    for (int i = 0; i < 20 && (lines = (*wire)->read(seconds(1))); ++i)
+      for (const Line& line : *lines) said += line.text;
+    EXPECT_EQ(said, "last words") << command;
+    ASSERT_FALSE(lines);
+    EXPECT_NE(to_string(lines.error()).find(words), std::string::npos) << to_string(lines.error());
+  }
+  auto wire = WatchedProcess::start("/no/such/program 2>/dev/null", WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  const auto lines = (*wire)->read(seconds(20));
+  ASSERT_FALSE(lines);
+  EXPECT_EQ(lines.error().code, ErrorCode::NotFound);
+  EXPECT_FALSE(WatchedProcess::start("true", "/no/such/watchdog"));
+}
+
+TEST(Watchdog, ArgumentsOfAProgramReachNoShell) {
+  const std::string hostile = "a 'b' \"c\" $(exit 7) `exit 8` ; exit 9 \\ *";
+  auto wire = WatchedProcess::start(RobotCommand(std::vector<std::string>{"/bin/echo", hostile, ""}),
+                                    WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  std::string said;
+  Result<std::vector<Line>> lines;
+  for (int i = 0; i < 20 && (lines = (*wire)->read(seconds(1))); ++i)
+    for (const Line& line : *lines) said += line.text;
+  EXPECT_EQ(said, hostile + " ");
+  ASSERT_FALSE(lines);
+  EXPECT_NE(to_string(lines.error()).find("exit code 0"), std::string::npos) << to_string(lines.error());
+  auto nothing =
+      WatchedProcess::start(RobotCommand(std::vector<std::string>{"/no/such/program"}), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(nothing);
+  EXPECT_FALSE((*nothing)->read(seconds(20)));
+}
+
+TEST(Watchdog, StopsARobotAtOnceThatClosesItsStandardOutput) {
+  Robot robot;
+  auto wire = WatchedProcess::start(robot.mute_command(), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  Result<std::vector<Line>> lines;
+  const Duration began = steady_now();
+  while ((lines = (*wire)->read(milliseconds(10))) && steady_now() - began < seconds(20))
+    ASSERT_TRUE((*wire)->send(0.3, 0.1));
+  ASSERT_FALSE(lines) << "the driver is told";
+  EXPECT_NE(lines.error().message.find("closed its standard output"), std::string::npos)
+      << lines.error().message;
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
+  // Only what was under way when it fell silent may still move it.
+  int moves = 0;
+  for (const Heard& received : robot.received()) moves += received.moves() ? 1 : 0;
+  EXPECT_LE(moves, 1);
+  EXPECT_TRUE(robot.received()[robot.received().size() - 2].stops());
+}
+
+TEST(Watchdog, ThatIsKilledIsNamedAndNotTheRobot) {
+  Robot robot;
+  auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  ASSERT_EQ(kill((*wire)->watchdog_pid(), SIGKILL), 0);
+  const auto lines = (*wire)->read(seconds(20));
+  ASSERT_FALSE(lines);
+  EXPECT_NE(lines.error().message.find("the watchdog of the robot ended with signal 9"), std::string::npos)
+      << lines.error().message;
+}
+
+TEST(Watchdog, NeverWaitsForARobotThatDoesNotReadAndEndsIt) {
+  auto wire = WatchedProcess::start("exec sleep 1000", WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  const Duration start = steady_now();
+  for (int i = 0; i < 20000; ++i) ASSERT_TRUE((*wire)->send(0.3, 0.1));
+  EXPECT_LT(steady_now() - start, seconds(10));
+  EXPECT_EQ((*wire)->close(), 128 + SIGTERM);
+}
+
+TEST(Watchdog, AFloodOfLinesThatNobodyReadsBlocksNobody) {
+  auto wire = WatchedProcess::start("exec yes 2>/dev/null", WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE((*wire)->send(0.3, 0.1));
+    (void)poll(nullptr, 0, 10);
+  }
+  const auto lines = (*wire)->read(seconds(10));
+  ASSERT_TRUE(lines);
+  EXPECT_EQ(lines->front().text, "y");
+  EXPECT_GT((*wire)->close(), 128) << "killed, or told by its pipe";
+}
+
+TEST(Watchdog, ASlowRobotNeverWorksOffAQueue) {
+  Robot robot;
+  auto wire = WatchedProcess::start(robot.slow_command(), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE((*wire)->send(0.3, 0.1));
+    (void)poll(nullptr, 0, 10);
+  }
+  const Duration last = steady_now();
+  ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.stops() && received.at > last; }));
+  int moves = 0;
+  int late = 0;
+  for (const Heard& received : robot.received()) {
+    moves += received.moves() ? 1 : 0;
+    late += received.moves() && received.line.find("\"sequence\":100,") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_LE(moves, 60) << "most orders were overtaken";
+  EXPECT_LE(late, 1);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,27 @@
+#include "waymark/robots/wire/robot_talk.hpp"
+
+#include "waymark/robots/process/robot_messages.hpp"
+
+namespace waymark {
+
+void RobotTalk::greet(const std::string& robot_name, bool simulated_time, bool simulated) {
+  write({to_line(RobotHello{.name = robot_name, .simulated_time = simulated_time, .simulated = simulated})});
+  greeted_ = true;
+}
+
+void RobotTalk::write(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) open_ = open_ && wire_.write(line);
+}
+
+void RobotTalk::say(const std::string& words) {
+  if (greeted_)
+    write({to_line(RobotLog{words})});
+  else
+    wire_.say(words);
+}
+
+void RobotTalk::say_once(const std::string& words) {
+  if (said_.insert(words).second) say(words);
+}
+
+}  // namespace waymark

@@ -1,0 +1,113 @@
+#include "waymark/robots/wire/sample_lines.hpp"
+
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/codecs/image_codec.hpp"
+#include "waymark/robots/wire/picture_ring.hpp"
+
+namespace waymark {
+
+namespace {
+
+/// "the transforms are:\n  odom\n    base" becomes "the transforms are: odom, base": words of a robot are
+/// lines.
+std::string one_line(const std::string& words) {
+  std::string line;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] != '\n') {
+      line += words[i];
+      continue;
+    }
+    line += line.ends_with(':') ? " " : ", ";
+    while (i + 1 < words.size() && words[i + 1] == ' ') ++i;
+  }
+  return line;
+}
+
+}  // namespace
+
+PutPicture pictures_in_memory() {
+  auto made = PictureRing::make();
+  if (!made) return {};
+  const auto ring = std::make_shared<PictureRing>(std::move(*made));
+  return [ring](std::span<const std::uint8_t> bytes) { return ring->put(bytes); };
+}
+
+SampleLines::SampleLines(std::string network, const std::string& robot_name, PutPicture put_picture)
+    : put_picture_(std::move(put_picture)), check_(std::move(network)) {
+  (void)check_.read({.text = to_line(RobotHello{.name = robot_name})});
+}
+
+Result<std::string> SampleLines::line_of(Sample sample, const std::string& topic, Duration arrived,
+                                         bool leads) {
+  if (Status status = gate_.pass(topic, stamp_of(sample), arrived, leads); !status)
+    return tl::unexpected(status.error());
+  if (auto* frame = std::get_if<CameraFrame>(&sample)) {
+    frame->camera = "cam";
+    const auto picture = encode_pnm(frame->image);
+    if (!picture) return tl::unexpected(picture.error());
+    return picture_line(frame->stamp, *picture);
+  }
+  if (auto* tags = std::get_if<TagFrame>(&sample)) tags->camera = "cam";
+  std::string line = to_line(sample);
+  const auto checked = check_.read({.number = ++checked_, .text = line});
+  if (!checked) return tl::unexpected(checked.error());
+  return line;
+}
+
+Result<std::string> SampleLines::line_of(SensorTime stamp, const std::vector<std::uint8_t>& picture,
+                                         const std::string& topic, Duration arrived) {
+  if (Status status = gate_.pass(topic, stamp, arrived, false); !status)
+    return tl::unexpected(status.error());
+  return picture_line(stamp, picture);
+}
+
+/// A path costs neither base64 nor JSON of the picture's size.
+Result<std::string> SampleLines::picture_line(SensorTime stamp,
+                                              const std::vector<std::uint8_t>& picture) const {
+  if (!put_picture_) return to_line(CameraFrame{.stamp = stamp}, picture);
+  const auto path = put_picture_(picture);
+  if (!path) return tl::unexpected(path.error());
+  return fmt::format("{{\"type\":\"image\",\"stamp_ns\":{},\"path\":\"{}\"}}\n",
+                     stamp.time_since_epoch().count(), *path);
+}
+
+void SampleLines::drop(const std::string& topic, const Error& error) {
+  ++dropped_;
+  std::string words = drops_.add(topic, error.message);
+  if (!words.empty()) words_.push_back(std::move(words));
+}
+
+void SampleLines::say_once(std::string words) {
+  if (said_.try_emplace(words, true).second) words_.push_back(std::move(words));
+}
+
+std::vector<std::string> SampleLines::take_words() {
+  std::vector<std::string> lines;
+  for (const std::string& words : std::exchange(words_, {}))
+    lines.push_back(to_line(RobotLog{one_line(words)}));
+  return lines;
+}
+
+std::string camera_difference(const CameraModel& published, const RobotDescription& robot) {
+  constexpr double kShare = 0.01;
+  const CameraModel& known = robot.camera;
+  const auto principal = [](const CameraModel& model) {
+    return std::visit([](const auto& m) { return Eigen::Vector4d(m.fx, m.fy, m.cx, m.cy); },
+                      model.projection());
+  };
+  const bool sized = published.width_px() == known.width_px() && published.height_px() == known.height_px();
+  const Eigen::Vector4d theirs = principal(published);
+  const Eigen::Vector4d ours = principal(known);
+  if (sized && (theirs - ours).cwiseAbs().maxCoeff() <= kShare * ours[0]) return {};
+  return fmt::format(
+      "camera_info says {} x {} px with f {:.1f} px, c ({:.1f}, {:.1f}) px; the robot's file {} says {} x {} "
+      "px, {:.1f}, ({:.1f}, {:.1f}), which counts",
+      published.width_px(), published.height_px(), theirs[0], theirs[2], theirs[3], robot.model.name,
+      known.width_px(), known.height_px(), ours[0], ours[2], ours[3]);
+}
+
+}  // namespace waymark
