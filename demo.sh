@@ -55,7 +55,7 @@ if command -v clang++-16 >/dev/null; then compiler=(-DCMAKE_CXX_COMPILER=clang++
 cmake --preset release "${compiler[@]}" -DWAYMARK_WERROR=OFF -DWAYMARK_BUILD_BENCHMARKS=OFF -DWAYMARK_UNITY=ON >build/release.configure.log 2>&1 ||
   { cat build/release.configure.log; exit 1; }
 NINJA_STATUS="[%f of %t, %es] " cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph waymark_photograph_sheet
-waymark=build/release/waymark/cli/waymark
+waymark=build/release/bin/waymark
 
 echo
 echo "1. \$ waymark demo --images --laps $laps -o $quoted/loop"
@@ -83,4 +83,4 @@ echo "\$ waymark detect --camera $quoted/sheet/camera.yaml --tag-size-m 0.16 $qu
 
 echo
 echo "Look at it: $out/loop/report.html, $out/annotated/, or in the browser: $waymark view $quoted/loop"
-echo "The program:  export PATH=\"$PWD/build/release/waymark/cli:\$PATH\""
+echo "The program:  export PATH=\"$PWD/build/release/bin:\$PATH\""

@@ -141,7 +141,7 @@ full_part() {  # full_part NAME: one part of --full
   case "$1" in
     tests) run_short_tests && house_rules ;;
     pose) long_tests '^(tags|pose|mapping/.*|refinement_.*|rendered_pose|scene_camera_detection|calibrate_photograph|waymark_detector_sets|detector_real_data|sheets)$' ;;
-    map) long_tests '^(map_.*|lap_calibration|recording|jobs|full_map)$' ;;
+    map) long_tests '^(map_.*|lap_calibration|recording|app/.*|full_map)$' ;;
     localize) long_tests '^(localization.*|full_localize)$' ;;
     replay) long_tests '^(replay.*|reversing_route|loop|pipeline|runtime|full_replay)$' ;;
     python) long_tests '^full_python$' ;;
@@ -173,7 +173,7 @@ full_part() {  # full_part NAME: one part of --full
 
 full_devices() {
   waymark_install "${WAYMARK_DEVICE_PACKAGES[@]}" && build check waymark &&
-    /usr/bin/python3 tests/devices/devices_test.py build/check/waymark/cli/waymark build/devices
+    /usr/bin/python3 tests/devices/devices_test.py build/check/bin/waymark build/devices
 }
 
 full_packages() {  # a second build in another folder must give the same bytes

@@ -13,14 +13,15 @@
 #include <vector>
 
 #include <Eigen/SparseCholesky>
+
 #ifdef WAYMARK_HAVE_CERES
 #include <ceres/ceres.h>
 #include <ceres/covariance.h>
 #endif
 
 #include "tests/support/tag_scenes.hpp"
+#include "waymark/app/scene/scene_recording.hpp"
 #include "waymark/config/tagslam_folder.hpp"
-#include "waymark/jobs/scene_recording.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
 #include "waymark/mapping/solver/bundle_terms.hpp"
 #include "waymark/mapping/solver/front_cholesky.hpp"

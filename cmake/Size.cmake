@@ -1,6 +1,6 @@
 # A release is compiled for speed (-O3) where a robot waits for it. The rooms that read options and files, print and draw are compiled for size in
 # packages, and quickly (-O1) elsewhere. Functions without a caller are left out of the programs.
-set(WAYMARK_SMALL_ROOMS cli config jobs live media plot sdf server robots/wire robots/dds robots/fastdds inputs/gamepad robots/gazebo
+set(WAYMARK_SMALL_ROOMS app config media plot sdf server robots/wire robots/dds robots/fastdds inputs/gamepad robots/gazebo
   cameras/gstreamer robots/ignition inputs/keyboard robots/limo robots/mbot robots/process robots/ros2 cameras/v4l2 robots/watchdog)
 set(WAYMARK_MEDIUM_ROOMS recording mapping/camera mapping/scene evaluation)  # -O2
 set(WAYMARK_QUICK_ROOMS geometry camera samples tags pose factors mapping/solver mapping/lap mapping/camera mapping/scene localization replay

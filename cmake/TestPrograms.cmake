@@ -13,7 +13,7 @@ set(WAYMARK_TESTS_simulation simulation robots/simulated evaluation)
 set(WAYMARK_TESTS_files config plot media media/opencv sdf sdf/sdformat)
 set(WAYMARK_TESTS_robots robots/watchdog inputs/keyboard inputs/gamepad cameras/gstreamer cameras/v4l2 modules robots/dds robots/fastdds
   robots/limo robots/mbot robots/wire robots/ros2 robots/gazebo robots/ignition)
-set(WAYMARK_TESTS_app jobs server live cli)
+set(WAYMARK_TESTS_app server)  # and the tests in waymark/app
 
 # The system's own interpreter, where there is one: it has the system's modules (NumPy, genpy).
 find_program(WAYMARK_PYTHON_PROGRAM python3 PATHS /usr/bin NO_DEFAULT_PATH)

@@ -1,7 +1,7 @@
 // Where the robot was in a recording, by the tags of a map: waymark_localize RECORDING MAP_FOLDER
 #include <cstdio>
 
-#include "waymark/jobs/localize_log.hpp"
+#include "waymark/app/localize/localize_log.hpp"
 
 int fail(const waymark::Error& error) {
   std::fprintf(stderr, "%s\n", waymark::to_string(error).c_str());

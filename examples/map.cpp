@@ -1,7 +1,7 @@
 // A map of the tags and a route from a recorded lap: waymark_map RECORDING MAP_FOLDER
 #include <cstdio>
 
-#include "waymark/jobs/map_recording.hpp"
+#include "waymark/app/map/map_recording.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 3) return std::fprintf(stderr, "usage: waymark_map RECORDING MAP_FOLDER\n"), 2;

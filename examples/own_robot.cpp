@@ -2,8 +2,8 @@
 // kinematics that sees the tags of the map; a real one sends the command to its motors and reads its sensors.
 #include <cstdio>
 
+#include "waymark/app/common/replay_setup.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/jobs/replay_setup.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/runtime/step_robot.hpp"
 #include "waymark/samples/visibility.hpp"

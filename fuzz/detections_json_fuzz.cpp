@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "waymark/jobs/detections_json.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/app/common/detections_json.hpp"
+#include "waymark/app/common/json_line.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto reports = waymark::parse_reports({reinterpret_cast<const char*>(data), size}, "fuzz");

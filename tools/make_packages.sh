@@ -20,7 +20,7 @@ rm -rf build/package/packages
 (cd build/package && cpack -G DEB >cpack.log 2>&1) || { cat build/package/cpack.log; exit 1; }
 rm -rf build/package/packages/_CPack_Packages  # where it puts packages together
 tools/make_tarball.py build/package build/package/packages
-tools/make_sbom.py build/package/waymark/cli/waymark build/package/waymark/cli/waymark-watchdog >build/package/packages/waymark.spdx.json
+tools/make_sbom.py build/package/bin/waymark build/package/bin/waymark-watchdog >build/package/packages/waymark.spdx.json
 (cd build/package/packages && sha256sum -- * >SHA256SUMS)
 out=${1:-build/package/packages}
 if [ "$out" != build/package/packages ]; then mkdir -p "$out"; cp -a build/package/packages/. "$out"; fi

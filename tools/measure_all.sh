@@ -9,7 +9,7 @@ usage: tools/measure_all.sh PROGRAM DATA [--only PARTS]
 
 Measures the tables of docs/results-second-judge.md and docs/results/ with a built program and writes them in place.
 
-  PROGRAM  the built waymark of a release (build/release/waymark/cli/waymark)
+  PROGRAM  the built waymark of a release (build/release/bin/waymark)
   DATA     folder of real recordings, as WAYMARK_DATA
   PARTS    separated by commas; all of them unless given:
              laps, faults, logs         by the second judge (tests/plant)

@@ -5,7 +5,7 @@ usage: tools/same_bytes.py reference --program OLD --folder REF
        tools/same_bytes.py compare --program NEW --folder REF [--relative 1e-9] [--only 'map.*,wrong.*']
        tools/same_bytes.py ratios --old OLD --new NEW --folder REF [--repeat 5]
 
-OLD and NEW are built programs (build/release/waymark/cli/waymark). `reference` runs the commands of same_bytes_commands.py with the old one, each
+OLD and NEW are built programs (build/release/bin/waymark). `reference` runs the commands of same_bytes_commands.py with the old one, each
 twice: what differs between the two runs is kept as not reproducible, printed, and not compared. `compare` runs the same commands with the new one
 in fresh folders. Inputs of a command are the files kept in REF, so that one difference does not cascade. Text has to be equal; numbers have to be
 equal, or with --relative within that share (zeros within a millionth of it). With --relative a number printed with at most six decimals may be

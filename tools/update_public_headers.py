@@ -34,7 +34,12 @@ def closure(root, doors):
 
 
 def is_internal(root, header):
-    lists = root / pathlib.Path(header).parent / "CMakeLists.txt"
+    if re.match(r"waymark/app/(live|cli)/", header):
+        return True
+    folder = (root / header).parent
+    while folder != root and not (folder / "CMakeLists.txt").exists():
+        folder = folder.parent
+    lists = folder / "CMakeLists.txt"
     return lists.exists() and re.search(r"waymark_room\(\s*[\w/]+\s+INTERNAL", lists.read_text(encoding="utf-8")) is not None
 
 

@@ -5,7 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include "python/bindings/errors.hpp"
-#include "waymark/jobs/job_control.hpp"
+#include "waymark/app/common/job_control.hpp"
 
 namespace waymark::python {
 

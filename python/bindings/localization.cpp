@@ -15,9 +15,9 @@
 #include "python/bindings/states.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "python/bindings/values.hpp"
+#include "waymark/app/localize/localize_log.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/jobs/localize_log.hpp"
 #include "waymark/pipeline/localizer.hpp"
 
 namespace waymark::python {

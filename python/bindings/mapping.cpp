@@ -14,8 +14,8 @@
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/trajectories.hpp"
-#include "waymark/jobs/json_line.hpp"
-#include "waymark/jobs/map_recording.hpp"
+#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/map/map_recording.hpp"
 
 namespace waymark::python {
 namespace {

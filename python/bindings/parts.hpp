@@ -4,8 +4,8 @@
 #include <type_traits>
 
 #include "python/bindings/errors.hpp"
+#include "waymark/app/map/map_recording.hpp"
 #include "waymark/config/robot_file.hpp"
-#include "waymark/jobs/map_recording.hpp"
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/simulation/world.hpp"

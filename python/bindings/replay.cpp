@@ -15,7 +15,7 @@
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/sample_cast.hpp"
 #include "python/bindings/values.hpp"
-#include "waymark/jobs/replay_setup.hpp"
+#include "waymark/app/common/replay_setup.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/runtime/step_robot.hpp"

@@ -17,8 +17,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM, EXAMPLES = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
 CMAKE = """#!/bin/bash
 [ "$1" = --build ] || exit 0
-mkdir -p build/release/waymark/cli build/release/examples
-cp "$STUBS/waymark" build/release/waymark/cli/
+mkdir -p build/release/bin build/release/examples
+cp "$STUBS/waymark" build/release/bin/
 for name in waymark_photograph waymark_photograph_sheet; do ln -sf "$EXAMPLES/$name" build/release/examples/; done
 """
 WAYMARK = """#!/bin/bash

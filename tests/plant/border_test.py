@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Tags that the border of the picture cuts, drawn by the renderer of the second judge: what is said of their corners must hold.
 
-    tests/plant/border_test.py build/check/waymark/cli/waymark
+    tests/plant/border_test.py build/check/bin/waymark
 """
 import json
 import math

@@ -2,7 +2,7 @@
 """`waymark calibrate robot` on generated drives whose camera sits elsewhere, has another focal length and a late clock: by how many of its stated
 deviations each number is off, over drives. A consistent number is off by 1 (RMS).
 
-    tests/plant/calibration_test.py build/check/waymark/cli/waymark
+    tests/plant/calibration_test.py build/check/bin/waymark
 
 WAYMARK_FULL=1 takes 50 drives instead of one (WAYMARK_DRIVES says how many, WAYMARK_FIRST_SEED which), each past tags that are printed anew, as what is
 wrong with one set of tags is wrong in all drives past it; and calibrates by innovations, too.

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """First drives of the plant: as it should be it passes, and each sign, axis and unit that is swapped is named.
 
-    tests/plant/commission_test.py build/check/waymark/cli/waymark
+    tests/plant/commission_test.py build/check/bin/waymark
 """
 import os
 import pathlib

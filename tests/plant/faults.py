@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Random faults while a route is repeated on a plant, and whether there was motion that should not have been.
 
-    tests/plant/faults.py build/release/waymark/cli/waymark --scripts 300 --seed 1
+    tests/plant/faults.py build/release/bin/waymark --scripts 300 --seed 1
 
 Contradictions of sensors: zero is commanded 1.5 s after the onset, the robot comes no farther than 15 cm after the first second, and does not
 start again. Blindness: without pictures 1.5 s, in the dark 0.6 m. Anything: never more than 0.3 m from the taught way."""

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """`waymark world from-recording` on a drive of the MuJoCo rover: numbers that only the plant knows are found within a fifth.
 
-    tests/plant/from_recording_test.py build/check/waymark/cli/waymark
+    tests/plant/from_recording_test.py build/check/bin/waymark
 
 WAYMARK_FULL=1 also records pictures, whose blur tells the exposure.
 """

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """One lap on a plant that shares nothing with Waymark's simulator: teach, map, replay, judged by the plant's truth.
 
-    tests/plant/lap_test.py build/check/waymark/cli/waymark --plant mujoco --camera pictures
+    tests/plant/lap_test.py build/check/bin/waymark --plant mujoco --camera pictures
 
 Options that are not listed go to robot.py, as --lean-deg, --mounting, --tags and --no-imu.
 """

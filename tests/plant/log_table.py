@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Localisation in generated logs: error and consistency by the second judge, over seeds, written into docs/results-second-judge.md.
 
-    tests/plant/log_table.py build/release/waymark/cli/waymark --seeds 8 --write docs/results-second-judge.md
+    tests/plant/log_table.py build/release/bin/waymark --seeds 8 --write docs/results-second-judge.md
 """
 import argparse
 import json

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """`waymark localize` on generated logs knows when its numbers are wrong, and is silent when they are not: judged by the second judge.
 
-    tests/plant/log_test.py build/check/waymark/cli/waymark
+    tests/plant/log_test.py build/check/bin/waymark
 
 WAYMARK_FULL=1 takes 40 healthy logs and 20 of each wrong number instead of one of each.
 """

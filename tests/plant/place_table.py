@@ -2,7 +2,7 @@
 """The table "A place that is not as it is taken to be" of docs/results-second-judge.md: a leaning anchor, a camera that sits elsewhere than its
 file says, wheels that do not tell turns, few tags. Taught as by a person, so that nothing but the anchor's number is given.
 
-    tests/plant/place_table.py build/release/waymark/cli/waymark --write docs/results-second-judge.md
+    tests/plant/place_table.py build/release/bin/waymark --write docs/results-second-judge.md
 """
 import argparse
 import dataclasses

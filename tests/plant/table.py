@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """The table of docs/results-second-judge.md: plants x odometry x speed, each lap taught, mapped and replayed, judged by the plant's truth.
 
-    tests/plant/table.py build/release/waymark/cli/waymark --write docs/results-second-judge.md
+    tests/plant/table.py build/release/bin/waymark --write docs/results-second-judge.md
 
 With --line the table of laps on a recorded line with tight bends.
 """

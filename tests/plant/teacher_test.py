@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A taught lap holds the commands that drove the plant: sent through a plant of the same seed they give the same motion.
 
-    tests/plant/teacher_test.py build/check/waymark/cli/waymark
+    tests/plant/teacher_test.py build/check/bin/waymark
 """
 import pathlib
 import sys

@@ -3,7 +3,7 @@
 by the true map. The calibration is the true one, the shutter is rolling and its readout is given. Without WALKS: the first eight seconds of one
 walk, in which a third of the tags is seen; with WAYMARK_FULL=1: three walks.
 
-    tests/plant/walk_test.py build/check/waymark/cli/waymark [WALKS]
+    tests/plant/walk_test.py build/check/bin/waymark [WALKS]
 """
 import dataclasses
 import os

@@ -3,7 +3,7 @@
 on ROS 2, an MBot on LCM and a robot in Gazebo. A lap is taught, mapped and replayed over each, judged by the plant's truth; blocked wheels
 and a camera that is unplugged must stop it as in process.
 
-    WAYMARK_FULL=1 tests/plant/wires_test.py build/check/waymark/cli/waymark [Wires.test_limo]
+    WAYMARK_FULL=1 tests/plant/wires_test.py build/check/bin/waymark [Wires.test_limo]
 
 WAYMARK_PLANT: mujoco or kinematic.
 """

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/fake_bus.hpp"
-#include "waymark/live/ros2_node.hpp"
+#include "waymark/app/live/ros2_node.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark::test {

@@ -9,8 +9,8 @@
 
 #include "tests/support/circuit_lap.hpp"
 #include "tests/support/data.hpp"
+#include "waymark/app/common/lap_input.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/jobs/lap_input.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 /// Recordings of simulated laps of circuit24, as jobs read them.

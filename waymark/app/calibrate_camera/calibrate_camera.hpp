@@ -1,0 +1,91 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/calibrate_camera/calibration_target.hpp"
+#include "waymark/app/calibrate_camera/video_views.hpp"
+#include "waymark/app/common/detect_all.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/mapping/camera/camera_calibration.hpp"
+
+/// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
+namespace waymark {
+
+struct CalibrateCameraJob {
+  std::vector<std::string> sources{};  ///< pictures of the board …
+  bool recursive = false;
+  std::string detections{};  ///< … or what `waymark detect --json --covariance` wrote; -: standard input
+  TargetDescription target{};
+  std::string lens = "auto";
+  std::string output{};       ///< calibration.yaml; empty: none
+  std::string format{};       ///< of the output, one of calibration_formats(); empty: by its ending
+  std::string camera_info{};  ///< the camera as ROS writes it; empty: none
+  bool force = false;         ///< outputs may replace files
+  CameraCalibrationOptions options{};
+  VideoViewOptions views{};  ///< which pictures of a video count
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sources, JobField("sources SOURCE",
+                                 "Pictures of the board: files, folders, quoted patterns, recordings, "
+                                 "videos; or a live camera such as v4l2:/dev/video0")
+                            .input());
+    visit(self.detections, JobField("detections FILE",
+                                    "Use this output of `waymark detect --json --covariance` instead of "
+                                    "pictures; - is standard input")
+                               .less());
+    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively").less());
+    TargetDescription::fields(self.target, visit);
+    visit(
+        self.lens,
+        JobField("lens NAME",
+                 "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of those that "
+                 "the output's format holds the simplest whose cross-validation error is as low as the best)")
+            .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
+    visit(self.output, JobField("output FILE",
+                                "Calibration to write: ours (.yaml, with the standard deviations), "
+                                "PhotonVision's (.json), or as --format says"));
+    visit(self.format, JobField("format NAME",
+                                "Format of --output: waymark, ros (camera_info), kalibr (camchain), "
+                                "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)"));
+    visit(self.camera_info,
+          JobField("camera_info FILE", "Calibration file to write in the format of ROS camera_info").less());
+    visit(self.force, JobField("force", "Replace a file that is there").less());
+  }
+};
+
+struct CalibrateCameraReport {
+  CameraCalibration found;
+  std::vector<std::string> pictures{};  ///< that were used, as found.views
+  std::vector<TargetPicture> marks{};   ///< of each picture
+  std::string marks_word = "tags";      ///< what a mark of the target is: "tags" or "corners"
+};
+
+/// "waymark" (calibration.yaml: each number with its standard deviation), "ros", "kalibr", "photonvision",
+/// "opencv".
+[[nodiscard]] const std::vector<std::string>& calibration_formats();
+/// Fails when an output of the job cannot be written, or its format does not hold the lens, before anything
+/// is read.
+[[nodiscard]] Status check_outputs(const CalibrateCameraJob& job);
+
+/// How the camera of a job is fitted: with `auto` only lenses that the format of the output holds.
+[[nodiscard]] CameraCalibrationOptions fit_options(const CalibrateCameraJob& job);
+/// Which lenses `auto` leaves out for the sake of the format, in words; empty: none.
+[[nodiscard]] std::string words_of_untried_lenses(const CalibrateCameraJob& job);
+
+/// Finds the target, its tags with the finder, where pictures are given, and fits the camera.
+[[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
+                                                             const CalibrationTarget& target,
+                                                             const TagFinder& finder,
+                                                             const JobControl& control);
+[[nodiscard]] Status write_camera_calibration(const CalibrateCameraJob& job,
+                                              const CalibrateCameraReport& report);
+/// Standard deviation of a parameter.
+[[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
+/// The contract of `waymark calibrate camera --json` (docs/reference/cli.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const CalibrateCameraReport& report);
+
+}  // namespace waymark

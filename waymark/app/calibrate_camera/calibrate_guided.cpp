@@ -1,0 +1,173 @@
+#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/detect_all.hpp"
+#include "waymark/app/common/picture_files.hpp"
+#include "waymark/app/live/camera_address.hpp"
+#include "waymark/app/live/camera_page.hpp"
+#include "waymark/app/live/camera_watch.hpp"
+#include "waymark/media/video_format.hpp"
+#include "waymark/recording/log_formats.hpp"
+
+namespace waymark {
+namespace {
+
+/// Tells how far the calibration is: each view on a line, and once a second what is missing.
+class Teller {
+ public:
+  Teller(const GuidedCalibration& guided, const JobControl& control) : guided_(guided), control_(control) {}
+
+  /// After each picture; whether something was told.
+  bool tell(SensorTime stamp, bool is_view) {
+    constexpr Duration kPeriod = std::chrono::seconds(1);
+    if (!is_view && last_ && stamp >= *last_ && stamp - *last_ < kPeriod) return false;
+    last_ = stamp;
+    const std::string words = to_text(guided_.status());
+    const bool absent = !guided_.status().absence.empty();
+    if (is_view || absent != std::exchange(absent_, absent))
+      control_.note(words);
+    else
+      control_.progress({words});
+    return true;
+  }
+
+ private:
+  const GuidedCalibration& guided_;
+  const JobControl& control_;
+  std::optional<SensorTime> last_{};
+  bool absent_ = false;  ///< it was told what to try where the board is not found
+};
+
+/// What changes by itself would change the lens or the noise between two views: it is held, and told.
+void lock_controls(LiveCamera& camera, const JobControl& control) {
+  std::vector<std::string> locked;
+  for (const CameraControl& each : camera.controls()) {
+    if (!each.automatic) continue;
+    const Status set = camera.set_control(each.name, each.value);
+    if (set)
+      locked.push_back(each.name);
+    else
+      control.note(fmt::format("{} stays automatic: {}", each.name, to_string(set.error())));
+  }
+  if (!locked.empty())
+    control.note(fmt::format("automatic until now, held from here on: {}", fmt::join(locked, ", ")));
+}
+
+Status from_camera(const GuidedRun& run, GuidedCalibration& guided, const JobControl& control) {
+  auto camera = open_live_camera(run.job.sources.front());
+  if (!camera) return tl::unexpected(camera.error());
+  control.note((*camera)->description());
+  lock_controls(**camera, control);
+  Result<std::unique_ptr<LivePage>> view = std::unique_ptr<LivePage>();
+  if (run.view) view = LivePage::start(run.page, (*camera)->description(), control);
+  if (!view) return tl::unexpected(view.error());
+  const std::optional<PoseSetup> no_poses;
+  std::unique_ptr<CameraPage> page;
+  if (*view != nullptr) page = std::make_unique<CameraPage>(**camera, (*view)->feed(), no_poses);
+  Teller teller(guided, control);
+  CameraWatch watch;
+  watch.on_picture = [&](CameraPicture& seen) -> Status {
+    const auto taken = guided.take(seen.frame.stamp, seen.frame.image);
+    if (!taken) return tl::unexpected(taken.error());
+    const bool told = teller.tell(seen.frame.stamp, *taken);
+    if (page == nullptr) return {};
+    if (told) page->say(to_text(guided.status()));
+    page->guide(to_json(guided.status(), run.options), *taken);
+    page->show(seen, {});
+    return {};
+  };
+  watch.on_words = [&](const std::string& words) { control.note(words); };
+  watch.should_stop = [&] { return control.cancelled() || guided.status().good_enough; };
+  const TagFinder nothing = no_tags();
+  const auto end = watch_camera(**camera, nothing, watch);
+  if (page != nullptr)
+    if (const auto closed = page->close(); !closed) return tl::unexpected(closed.error());
+  return end ? Status() : Status(tl::unexpected(end.error()));
+}
+
+Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobControl& control) {
+  Status status;
+  Teller teller(guided, control);
+  const TagFinder nothing = no_tags();
+  const DetectSummary summary = detect_all(
+      find_inputs(run.job.sources, run.job.recursive), nothing, nullptr, control,
+      [&](std::size_t index, const PictureReport& report, const ImageView& image) {
+        if (!report.detected) return true;
+        const auto taken = guided.take(report.stamp.value_or(SensorTime(std::chrono::seconds(index))), image);
+        if (!taken) {
+          status = tl::unexpected(taken.error());
+          return false;
+        }
+        static_cast<void>(teller.tell(report.stamp.value_or(SensorTime()), *taken));
+        return !guided.status().good_enough;
+      });
+  if (status && summary.pictures == 0) return fail(ErrorCode::NotFound, "no picture could be read");
+  return status;
+}
+
+}  // namespace
+
+Status check_sources(const CalibrateCameraWords& words) {
+  if (words.job.sources.empty() != words.job.detections.empty()) return {};
+  if (words.job.sources.empty() && (words.guided || !words.folder.empty()))
+    return fail(
+        ErrorCode::InvalidArgument, "what the views are taken from is not said",
+        {.key = words.folder.empty() ? "--guided" : "--resume"},
+        "Name a live camera, such as v4l2:/dev/video0, or a video. The views of an earlier calibration "
+        "alone are pictures: give their folder in place of a camera.");
+  return fail(ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected");
+}
+
+Status check_effects(const CalibrateCameraWords& words, bool live, const GivenFlags& given) {
+  const CalibrateCameraJob& job = words.job;
+  const bool guided = live || words.guided;
+  FlagRefusals refused(given);
+  refused.flags(!job.detections.empty(), {"--recursive"}, "with --detections nothing is detected",
+                "Leave it out, or give pictures.");
+  refused.flags(!job.target.map.empty(), {"--spacing", "--first-id", "--target"},
+                "this is about a board, and --map names a map", "Leave it out.");
+  refused.flags(job.output.empty(), {"--format"}, "this is about --output", "Give -o, or leave it out.");
+  refused.flags(job.output.empty() && job.camera_info.empty(), {"--force"}, "nothing is written",
+                "Give -o, or leave it out.");
+  Status status = refused.status() ? check_effects(job.target, given) : refused.status();
+  if (status) status = check_sources(words);
+  if (!status) return status;
+  refused.flags(!live, {"--view"}, "this is about live cameras", "Leave it out.");
+  refused.flags(!guided, {"--resume"}, "only a guided calibration keeps its views", kGuided);
+  refused.flags(guided, {"--map", "--detections"}, "a guided calibration is for boards", "Leave it out.");
+  return refused.status() && words.guided && !live ? check_guided_sources(job) : refused.status();
+}
+
+Status check_guided_sources(const CalibrateCameraJob& job) {
+  for (const Input& input : find_inputs(job.sources, job.recursive))
+    if (!input.error && !looks_like_recording(input.path) && !looks_like_video(input.path))
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("{} is a picture: a guided calibration takes its views from a live camera, a "
+                              "video or a recording",
+                              input.path),
+                  {.key = "--guided"}, "Leave --guided out: all pictures are used.");
+  return {};
+}
+
+Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, const JobControl& control) {
+  if (const std::string words = words_of_untried_lenses(run.job); !words.empty()) control.note(words);
+  GuidedCalibration guided(run.job, run.target, run.finder, run.options, run.folder);
+  const auto resumed = guided.resume(control);
+  if (!resumed) return tl::unexpected(resumed.error());
+  if (*resumed > 0) control.note(fmt::format("{}: {} views from before", run.folder, *resumed));
+  const auto live = is_only_camera(run.job.sources);
+  if (!live) return tl::unexpected(live.error());
+  const Status taken = *live ? from_camera(run, guided, control) : from_files(run, guided, control);
+  if (!taken) return tl::unexpected(taken.error());
+  control.note(to_text(guided.status()));
+  return guided.finish();
+}
+
+}  // namespace waymark

@@ -1,0 +1,191 @@
+#include "waymark/app/calibrate_camera/calibration_target.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/families/family.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark {
+namespace {
+
+/// The tags of a board as `waymark tags board --style separate` draws it: numbers from the lower left to the
+/// right, then up. Origin in its middle, x right, y down.
+TagMap board_of_tags(const TargetDescription& board) {
+  const double pitch_m = board.tag_size_m * (1 + board.spacing);
+  TagMap tags;
+  for (int row = 0; row < board.rows; ++row) {
+    for (int column = 0; column < board.columns; ++column) {
+      const double x_m = pitch_m * (column - 0.5 * (board.columns - 1));
+      const double y_m = -pitch_m * (row - 0.5 * (board.rows - 1));
+      tags.tags.emplace(TagId{FamilyId::Tag36h11, board.first_id + row * board.columns + column},
+                        MappedTag{.map_T_tag = SE3(SO3(), {x_m, y_m, 0}), .size_m = board.tag_size_m});
+    }
+  }
+  return tags;
+}
+
+Result<TagMap> described_tags(const TargetDescription& description) {
+  const bool board = description.columns > 0 || description.rows > 0 || description.tag_size_m != 0;
+  if (board != description.map.empty())
+    return fail(ErrorCode::InvalidArgument,
+                "give either the board (--cols, --rows, --tag-size-m) or a map of tags (--map)");
+  if (!description.map.empty())
+    return read_map(description.map).map([](const MapFile& map) { return map.tags; });
+  if (description.columns < 1 || description.rows < 1 || !is_tag_size(description.tag_size_m))
+    return fail(ErrorCode::InvalidArgument,
+                "a board has --cols and --rows of 1 or more and a --tag-size-m above 0", {},
+                "Measure the black square of a tag with a ruler.");
+  const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
+  const std::int64_t last =
+      description.first_id + static_cast<std::int64_t>(description.columns) * description.rows - 1;
+  if (description.first_id < 0 || last >= ids)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the board would carry the tags {} to {}, and there are 0 to {}",
+                            description.first_id, last, ids - 1),
+                {}, "Look at --cols, --rows and --first-id.");
+  return board_of_tags(description);
+}
+
+constexpr const char* kTags = "apriltag_36h11";
+
+/// Whether a dictionary ("4x4_100", "DICT_4X4_100") holds the markers of another ("4x4_50").
+bool holds(std::string dictionary, const std::string& other) {
+  std::ranges::transform(dictionary, dictionary.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::string_view kPrefix = "dict_";
+  if (dictionary.starts_with(kPrefix)) dictionary.erase(0, kPrefix.size());
+  const std::size_t width = other.find('_');
+  if (dictionary.substr(0, width) != other.substr(0, width)) return false;
+  return dictionary.size() > other.size() || (dictionary.size() == other.size() && dictionary >= other);
+}
+
+class NoTags final : public Detector {
+ public:
+  using Detector::detect;
+  [[nodiscard]] Result<std::vector<TagDetection>> detect(const ImageView& /*image*/) const override {
+    return std::vector<TagDetection>();
+  }
+};
+
+}  // namespace
+
+TagFinder no_tags() { return {.detector = std::make_unique<NoTags>()}; }
+
+Result<std::optional<CalibrationBoard>> described_board(const TargetDescription& description) {
+  const auto kind = board_kind(description.kind);
+  if (!kind) return std::optional<CalibrationBoard>();
+  const CalibrationBoard board{
+      .kind = *kind,
+      .columns = description.columns,
+      .rows = description.rows,
+      .size_m = *kind == BoardKind::AprilGrid ? description.tag_size_m : description.square_size_m,
+      .marker_m = description.marker_size_m,
+      .spacing = description.spacing,
+      .first_id = description.first_id,
+      .dictionary = description.dictionary,
+      .legacy_pattern = description.legacy_pattern};
+  if (Status usable = check_board(board); !usable) return tl::unexpected(usable.error());
+  return std::optional(board);
+}
+
+Result<CalibrationTarget> CalibrationTarget::make(const TargetDescription& description) {
+  CalibrationTarget target;
+  target.description_ = description;
+  auto board = described_board(description);
+  if (!board) return tl::unexpected(board.error());
+  if (!*board) {
+    auto tags = described_tags(description);
+    if (!tags) return tl::unexpected(tags.error());
+    target.tags_ = *std::move(tags);
+    return target;
+  }
+  auto finder = BoardFinder::load();
+  if (!finder) return tl::unexpected(finder.error());
+  target.finder_ = *std::move(finder);
+  target.board_ = *std::move(board);
+  target.places_m_ = board_corners(*target.board_);
+  // A dictionary that is none is said before any picture is read.
+  if (const auto tried = target.finder_->find(Image(64, 64, 255), *target.board_); !tried)
+    return tl::unexpected(tried.error());
+  return target;
+}
+
+Result<SeenTarget> CalibrationTarget::find(const ImageView& image, const TagFinder& finder) const {
+  if (board_) {
+    const auto seen = finder_->find(image, *board_);
+    if (!seen) return tl::unexpected(seen.error());
+    return SeenTarget{.marks = target_marks(seen->corners, places_m_), .marker_share = seen->marker_share};
+  }
+  const auto found = find_tags(image, finder, nullptr);
+  if (!found) return tl::unexpected(found.error());
+  return SeenTarget{.marks = target_marks(found->detections, tags_)};
+}
+
+std::string CalibrationTarget::words_of_absence(const ImageView& image) const {
+  const std::string& kind = description_.kind;
+  const std::string words = fmt::format(
+      "Check {}--target, --cols and --rows, and that the whole board is in view, sharp, with white "
+      "around it.",
+      kind == "charuco" ? "--dictionary, " : "");
+  const auto finder = finder_ ? Result<BoardFinder>(*finder_) : BoardFinder::load();
+  const auto seen = finder ? finder->name_markers(image) : Result<std::string>("");
+  if (!seen || seen->empty()) return words;
+  if (*seen == "aprilgrid")
+    return kind == "aprilgrid"
+               ? words
+               : "The picture shows tags of 36h11 with a border of two cells: --target aprilgrid.";
+  if (kind == "charuco" && holds(description_.dictionary, *seen))
+    return "The picture shows the markers, but no corners where --cols, --rows, --first-id, --square-size-m "
+           "and "
+           "--marker-size-m put them.";
+  if (kind == "tags" && *seen == kTags) return words;
+  if (*seen == kTags && kind != "charuco") return "The picture shows tags of 36h11: --target tags.";
+  return fmt::format("The picture shows markers of {0}: {1}--dictionary {0}.", *seen,
+                     kind == "charuco" ? "" : "--target charuco ");
+}
+
+std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<double> shares) const {
+  constexpr double kMost = 0.05;  // blur moves the edges of small markers by one or two per cent
+  if (!board_ || board_->kind != BoardKind::Charuco || shares.empty()) return std::nullopt;
+  const double share = median(std::move(shares));
+  const double said = board_->marker_m / board_->size_m;
+  if (std::abs(share / said - 1) < kMost) return std::nullopt;
+  return fmt::format(
+      "the markers are {:.2f} times as large as their squares, but --marker-size-m {:g} and "
+      "--square-size-m {:g} say {:.2f}: measure both again",
+      share, board_->marker_m, board_->size_m, said);
+}
+
+Status check_effects(const TargetDescription& description, const GivenFlags& given) {
+  const std::string& kind = description.kind;
+  struct Flag {
+    const char* name;
+    std::vector<std::string> of;
+  };
+  const std::vector<Flag> flags = {{"--tag-size-m", {"tags", "aprilgrid"}},
+                                   {"--spacing", {"tags", "aprilgrid"}},
+                                   {"--square-size-m", {"chessboard", "charuco"}},
+                                   {"--marker-size-m", {"charuco"}},
+                                   {"--dictionary", {"charuco"}},
+                                   {"--legacy-pattern", {"charuco"}},
+                                   {"--first-id", {"tags", "aprilgrid", "charuco"}},
+                                   {"--detections", {"tags"}}};
+  FlagRefusals refused(given);
+  for (const Flag& flag : flags)
+    refused.flags(std::ranges::find(flag.of, kind) == flag.of.end(), {flag.name},
+                  fmt::format("this has no effect on the target {}", kind),
+                  fmt::format("Leave it out, or choose --target {}.", fmt::join(flag.of, " or ")));
+  return refused.status();
+}
+
+}  // namespace waymark

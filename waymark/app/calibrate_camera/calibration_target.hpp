@@ -1,0 +1,110 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/mapping/camera/target_mark.hpp"
+#include "waymark/media/board_finder.hpp"
+#include "waymark/tags/tag_finder.hpp"
+
+namespace waymark {
+
+/// A calibration target as a user describes it.
+struct TargetDescription {
+  std::string kind = "tags";  ///< "tags", or a board_kind()
+  int columns = 0;            ///< tags, or squares of a chessboard
+  int rows = 0;
+  double tag_size_m = 0;  ///< tags and AprilGrids
+  double spacing = 0.3;   ///< gap between two tags, as a share of their size
+  int first_id = 0;       ///< of the lower left tag, or the first marker
+  double square_size_m = 0;
+  double marker_size_m = 0;
+  std::string dictionary = "4x4_50";
+  bool legacy_pattern = false;
+  std::string map{};  ///< instead of a board: a file of tags whose places are known
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.kind, JobField("target NAME",
+                              "What is photographed: tags (`waymark tags board --style separate`), "
+                              "chessboard, charuco or aprilgrid (Kalibr's)")
+                         .one_of("tags,chessboard,charuco,aprilgrid"));
+    visit(self.columns,
+          JobField(
+              "cols INTEGER",
+              "Tags in a row of the board; of a chessboard or ChArUco board the squares, not their corners"));
+    visit(self.rows, JobField("rows INTEGER",
+                              "Tags in a column of the board; of a chessboard or ChArUco board the squares, "
+                              "not their corners"));
+    visit(self.tag_size_m,
+          JobField("tag_size_m NUMBER", "Side of the black square of a tag, measured on the print"));
+    visit(self.spacing, JobField("spacing NUMBER", "Gap between two tags, as a share of their size"));
+    visit(self.first_id, JobField("first_id INTEGER", "Number of the lower left tag, or of the first marker")
+                             .usually("0")
+                             .less());
+    visit(self.square_size_m,
+          JobField("square_size_m NUMBER",
+                   "Side of a square of a chessboard or ChArUco board, measured on the print"));
+    visit(self.marker_size_m,
+          JobField("marker_size_m NUMBER",
+                   "Side of the black square of a ChArUco board's marker, measured on the print"));
+    visit(self.dictionary,
+          JobField(
+              "dictionary NAME",
+              "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000"));
+    visit(self.legacy_pattern, JobField("legacy_pattern",
+                                        "A ChArUco board as OpenCV drew it before 4.6: with an even number "
+                                        "of rows its upper left square is white")
+                                   .less());
+    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags whose places are known well"));
+  }
+};
+
+/// Fails on flags that have no effect on this target.
+[[nodiscard]] Status check_effects(const TargetDescription& description, const GivenFlags& given);
+
+/// A finder that finds nothing: the pictures are only read, for what finds a board in them.
+[[nodiscard]] TagFinder no_tags();
+
+/// The board that a description names; nothing: tags. InvalidArgument: what it says makes no board.
+[[nodiscard]] Result<std::optional<CalibrationBoard>> described_board(const TargetDescription& description);
+
+/// A target as one picture shows it.
+struct SeenTarget {
+  TargetPicture marks{};
+  /// Of a ChArUco board: the side of its markers over that of their squares, as the picture shows them.
+  std::optional<double> marker_share{};
+};
+
+/// What a camera is calibrated on, and how it is found in a picture.
+class CalibrationTarget {
+ public:
+  /// Reads a map and loads what finds a board. InvalidArgument: what the description says makes no target.
+  [[nodiscard]] static Result<CalibrationTarget> make(const TargetDescription& description);
+
+  /// Tags whose places are known; empty: a board.
+  [[nodiscard]] const TagMap& tags() const { return tags_; }
+  [[nodiscard]] bool is_board() const { return board_.has_value(); }
+  /// What a mark is: "tags" or "corners".
+  [[nodiscard]] const char* marks_word() const { return is_board() ? "corners" : "tags"; }
+  /// The marks in a picture: the corners of the board, or the tags that `finder` finds.
+  [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
+  /// What to try where pictures do not show the target, in words, by what one of them shows. Slow.
+  [[nodiscard]] std::string words_of_absence(const ImageView& image) const;
+  /// Words where the markers of a ChArUco board are not as large as was said, by what the pictures show.
+  [[nodiscard]] std::optional<std::string> words_of_marker_size(std::vector<double> shares) const;
+
+ private:
+  CalibrationTarget() = default;
+
+  TargetDescription description_{};
+  TagMap tags_{};
+  std::optional<CalibrationBoard> board_{};
+  std::optional<BoardFinder> finder_{};
+  std::vector<Eigen::Vector2d> places_m_{};  ///< of the board's corners
+};
+
+}  // namespace waymark

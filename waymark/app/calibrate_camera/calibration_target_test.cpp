@@ -1,0 +1,92 @@
+// What makes a calibration target and what does not, and the marks that are found on one.
+#include "waymark/app/calibrate_camera/calibration_target.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/config/map_file.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refusal(const TargetDescription& description) {
+  const auto target = CalibrationTarget::make(description);
+  if (target) return "none";
+  return to_string(target.error());
+}
+
+TEST(CalibrationTarget, ABoardOfTagsCountsFromTheLowerLeft) {
+  const auto target =
+      CalibrationTarget::make({.columns = 3, .rows = 2, .tag_size_m = 0.1, .spacing = 0.5, .first_id = 10});
+  ASSERT_TRUE(target) << to_string(target.error());
+  EXPECT_FALSE(target->is_board());
+  EXPECT_STREQ(target->marks_word(), "tags");
+  ASSERT_EQ(target->tags().tags.size(), 6U);
+  const auto place = [&](int number) {
+    const MappedTag* tag = target->tags().find({FamilyId::Tag36h11, number});
+    EXPECT_NE(tag, nullptr) << number;
+    EXPECT_EQ(tag->size_m, 0.1);
+    return Eigen::Vector3d(tag->map_T_tag.translation());
+  };
+  EXPECT_LT((place(10) - Eigen::Vector3d(-0.15, 0.075, 0)).norm(), 1e-12) << "lower left: y points down";
+  EXPECT_LT((place(12) - Eigen::Vector3d(0.15, 0.075, 0)).norm(), 1e-12) << "lower right";
+  EXPECT_LT((place(13) - Eigen::Vector3d(-0.15, -0.075, 0)).norm(), 1e-12) << "above the first";
+}
+
+TEST(CalibrationTarget, AMapIsOneToo) {
+  const auto file = testing::fresh_folder("jobs_target") / "map.yaml";
+  MapFile map{.anchor = {FamilyId::Tag25h9, 1}};
+  map.tags.tags[map.anchor] = {.map_T_tag = SE3(), .size_m = 0.2};
+  ASSERT_TRUE(write_map(file, map));
+  const auto target = CalibrationTarget::make({.map = file.string()});
+  ASSERT_TRUE(target) << to_string(target.error());
+  EXPECT_NE(target->tags().find(map.anchor), nullptr);
+  EXPECT_THAT(refusal({.map = "/nowhere/map.yaml"}), HasSubstr("/nowhere/map.yaml"));
+}
+
+TEST(CalibrationTarget, WhatMakesNoneIsSaid) {
+  EXPECT_THAT(refusal({}), HasSubstr("--map"));
+  EXPECT_THAT(refusal({.columns = 3, .rows = 2, .tag_size_m = 0.1, .map = "map.yaml"}), HasSubstr("either"));
+  EXPECT_THAT(refusal({.columns = 3, .rows = 2}), HasSubstr("--tag-size-m"));
+  EXPECT_THAT(refusal({.columns = 3, .rows = 0, .tag_size_m = 0.1}), HasSubstr("--rows"));
+  EXPECT_THAT(refusal({.columns = 30, .rows = 20, .tag_size_m = 0.1}), HasSubstr("0 to 586"));
+  EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = 585}),
+              HasSubstr("the tags 585 to 588"));
+  EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = -1}), HasSubstr("--first-id"));
+  EXPECT_THAT(refusal({.columns = 100000, .rows = 100000, .tag_size_m = 0.1}), HasSubstr("0 to 586"))
+      << "no overflow, no board of ten thousand million tags";
+}
+
+TEST(CalibrationTarget, OtherWordsAreOfTags) {
+  const auto tags = described_board({.kind = "tags", .columns = 3, .rows = 2, .tag_size_m = 0.1});
+  ASSERT_TRUE(tags);
+  EXPECT_FALSE(tags->has_value());
+  const auto chess = described_board({.kind = "chessboard", .columns = 8, .rows = 6, .square_size_m = 0.03});
+  ASSERT_TRUE(chess) << to_string(chess.error());
+  ASSERT_TRUE(chess->has_value());
+  EXPECT_EQ((*chess)->kind, BoardKind::Chessboard);
+  EXPECT_EQ((*chess)->size_m, 0.03);
+  const auto grid = described_board({.kind = "aprilgrid", .columns = 6, .rows = 6, .tag_size_m = 0.088});
+  ASSERT_TRUE(grid) << to_string(grid.error());
+  EXPECT_EQ((*grid)->size_m, 0.088) << "of a grid of tags it is the tag's size that counts";
+  EXPECT_FALSE(described_board({.kind = "chessboard", .columns = 8, .rows = 6}))
+      << "its squares have no size";
+  EXPECT_FALSE(described_board(
+      {.kind = "charuco", .columns = 8, .rows = 6, .square_size_m = 0.03, .marker_size_m = 0.04}))
+      << "a marker fits into its square";
+}
+
+TEST(CalibrationTarget, AFinderOfNothingFindsNothing) {
+  const TagFinder finder = no_tags();
+  const auto target = CalibrationTarget::make({.columns = 3, .rows = 2, .tag_size_m = 0.1});
+  ASSERT_TRUE(target);
+  const auto found = target->find(Image(64, 48, 255), finder);
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->marks.empty());
+}
+
+}  // namespace
+}  // namespace waymark

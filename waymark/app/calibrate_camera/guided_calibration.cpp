@@ -1,0 +1,198 @@
+#include "waymark/app/calibrate_camera/guided_calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/picture_files.hpp"
+#include "waymark/codecs/image_file.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+ordered_json parts_of(const GuideStatus& status, const CoverageOptions& options) {
+  ordered_json parts = ordered_json::array();
+  for (std::size_t i = 0; i < status.coverage.corners.size(); ++i)
+    parts.push_back({{"part", image_part_names().at(i)},
+                     {"corners", status.coverage.corners.at(i)},
+                     {"corners_wanted", options.corners_each_part},
+                     {"corners_in_picture", status.in_picture.at(i)}});
+  return parts;
+}
+
+ordered_json tilts_of(const GuideStatus& status, const CoverageOptions& options) {
+  ordered_json tilts = ordered_json::array();
+  for (const auto& [tilt, edge] : tilts_with_edges())
+    tilts.push_back({{"nearer_edge", edge},
+                     {"views", status.coverage.tilts.at(static_cast<std::size_t>(tilt))},
+                     {"views_wanted", options.views_each_tilt}});
+  return tilts;
+}
+
+}  // namespace
+
+std::string to_text(const GuideStatus& status) {
+  std::string text = fmt::format("{} views", status.coverage.views);
+  if (status.held_out_rms_px) text += fmt::format(", {:.2f} px", *status.held_out_rms_px);
+  if (status.focal_share) text += fmt::format(", focal length +- {:.2g} %", 100 * *status.focal_share);
+  text += fmt::format("; {}", to_string(status.picture));
+  if (status.good_enough) return text + "; good enough";
+  if (!status.absence.empty()) return text + "; " + status.absence;
+  constexpr std::size_t kMostWords = 2;
+  const std::size_t told = std::min(kMostWords, status.missing.size());
+  return told == 0 ? text
+                   : text + fmt::format(
+                                "; wanted: {}",
+                                fmt::join(status.missing.begin(),
+                                          status.missing.begin() + static_cast<std::ptrdiff_t>(told), "; "));
+}
+
+ordered_json to_json(const GuideStatus& status, const GuideOptions& options) {
+  ordered_json json{{"picture", to_string(status.picture)},
+                    {"views", status.coverage.views},
+                    {"views_wanted", options.coverage.views}};
+  if (status.held_out_rms_px) json["held_out_rms_px"] = *status.held_out_rms_px;
+  if (status.focal_share) json["focal_sigma_share"] = *status.focal_share;
+  json["focal_sigma_share_wanted"] = options.focal_share;
+  json["parts"] = parts_of(status, options.coverage);
+  json["tilts"] = tilts_of(status, options.coverage);
+  json["missing"] = status.missing;
+  json["good_enough"] = status.good_enough;
+  return json;
+}
+
+GuidedCalibration::GuidedCalibration(const CalibrateCameraJob& job, const CalibrationTarget& target,
+                                     const TagFinder& finder, const GuideOptions& options, std::string folder)
+    : job_(job),
+      target_(target),
+      finder_(finder),
+      options_(options),
+      folder_(std::move(folder)),
+      capture_(options.capture) {
+  status_.missing = missing_views(status_.coverage, options_.coverage);
+}
+
+Result<std::size_t> GuidedCalibration::resume(const JobControl& control) {
+  std::error_code ignored;
+  if (folder_.empty() || !fs::exists(folder_, ignored)) return std::size_t{0};
+  for (const Input& input : find_inputs({folder_}, false)) {
+    if (control.cancelled()) break;
+    const auto image = input.error ? Result<Image>(tl::unexpected(*input.error)) : read_image(input.path);
+    if (!image) {
+      control.note(to_string(image.error()));
+      continue;
+    }
+    auto seen = target_.find(*image, finder_);
+    if (!seen) return tl::unexpected(seen.error());
+    if (seen->marks.empty()) continue;
+    capture_.add(seen->marks);
+    if (seen->marker_share) marker_shares_.push_back(*seen->marker_share);
+    if (Status added = add_view(input.path, std::move(seen->marks), image->width(), image->height()); !added)
+      return tl::unexpected(added.error());
+  }
+  judge();
+  return views_.size();
+}
+
+Result<bool> GuidedCalibration::take(SensorTime stamp, const ImageView& image) {
+  auto found = target_.find(image, finder_);
+  if (!found) return tl::unexpected(found.error());
+  marks_ = std::move(found->marks);
+  status_.in_picture = corners_by_part(marks_, image.width, image.height);
+  explain_absence(stamp, image);
+  status_.picture = capture_.take(stamp, image, marks_);
+  if (status_.picture != CaptureVerdict::New) return false;
+  if (found->marker_share) marker_shares_.push_back(*found->marker_share);
+  std::string name = fmt::format("view {}", views_.size() + 1);
+  if (Status kept = keep(image, name); !kept) return tl::unexpected(kept.error());
+  if (Status added = add_view(std::move(name), marks_, image.width, image.height); !added)
+    return tl::unexpected(added.error());
+  judge();
+  return true;
+}
+
+void GuidedCalibration::explain_absence(SensorTime stamp, const ImageView& image) {
+  constexpr Duration kPatience = std::chrono::seconds(3);
+  seen_ = seen_ || !marks_.empty() || !views_.empty();
+  if (seen_) {
+    status_.absence.clear();
+    return;
+  }
+  if (!first_) first_ = stamp;
+  if (status_.absence.empty() && stamp - *first_ >= kPatience)
+    status_.absence = target_.words_of_absence(image);
+}
+
+Status GuidedCalibration::keep(const ImageView& image, std::string& name) const {
+  if (folder_.empty()) return {};
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error)
+    return fail(ErrorCode::Unwritable, "the folder of the views cannot be made", {.source = folder_},
+                error.message());
+  for (std::size_t number = views_.size() + 1;; ++number) {
+    name = (fs::path(folder_) / fmt::format("view-{:03}.png", number)).string();
+    if (!fs::exists(name, error)) break;
+  }
+  return write_image(name, image);
+}
+
+Status GuidedCalibration::add_view(std::string name, TargetPicture marks, int width_px, int height_px) {
+  if (views_.empty()) {
+    width_px_ = width_px;
+    height_px_ = height_px;
+  }
+  if (width_px != width_px_ || height_px != height_px_)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} x {} pixels, but {} has {} x {}", width_px, height_px, names_.front(),
+                            width_px_, height_px_),
+                {.source = name}, "Views of one camera have one resolution; begin in another folder.");
+  names_.push_back(std::move(name));
+  views_.push_back(std::move(marks));
+  return {};
+}
+
+void GuidedCalibration::judge() {
+  constexpr std::size_t kFewestViews = 4;
+  status_.coverage = {};
+  status_.held_out_rms_px.reset();
+  status_.focal_share.reset();
+  const auto lens = lens_model(job_.lens).value_or(LensModel::Radtan4);
+  const auto found = views_.size() < kFewestViews
+                         ? Result<CameraCalibration>(fail(ErrorCode::InvalidArgument, "too few views"))
+                         : calibrate_camera(views_, width_px_, height_px_, lens, job_.options);
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    // Before the first fit nothing tells how the board leans.
+    const SE3 target_T_cam = found ? found->views[i].target_T_cam : SE3();
+    waymark::add_view(status_.coverage, views_[i], target_T_cam, width_px_, height_px_);
+  }
+  status_.missing = missing_views(status_.coverage, options_.coverage);
+  if (found) {
+    status_.held_out_rms_px = found->held_out_rms_px;
+    status_.focal_share = std::sqrt(std::max(0.0, found->covariance(0, 0))) / found->parameters[0];
+  }
+  status_.good_enough =
+      (status_.missing.empty() && status_.focal_share.value_or(1) <= options_.focal_share) ||
+      std::ssize(views_) >= options_.views_at_most;
+}
+
+Result<CalibrateCameraReport> GuidedCalibration::finish() const {
+  if (views_.empty())
+    return fail(ErrorCode::NotFound, "no view was taken", {},
+                status_.absence.empty() ? "Hold the board still and in focus." : status_.absence);
+  auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(job_.lens), fit_options(job_));
+  if (!found) return tl::unexpected(found.error());
+  if (auto words = target_.words_of_marker_size(marker_shares_)) found->advice.push_back(*std::move(words));
+  return CalibrateCameraReport{
+      .found = *std::move(found), .pictures = names_, .marks = views_, .marks_word = target_.marks_word()};
+}
+
+}  // namespace waymark

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/calibrate_camera/calibrate_camera.hpp"
+#include "waymark/mapping/camera/view_capture.hpp"
+#include "waymark/mapping/camera/view_coverage.hpp"
+
+/// Calibration while somebody holds a board before the camera: `waymark calibrate camera v4l2:/dev/video0`.
+namespace waymark {
+
+struct GuideOptions {
+  double focal_share = 0.001;
+  int views_at_most = 60;
+  CaptureOptions capture{};
+  CoverageOptions coverage{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.focal_share, Field{"focal_share",
+                                  "Standard deviation of the focal length, as a share of it, at which a "
+                                  "guided calibration ends once "
+                                  "no view is missing.",
+                                  1e-5, 1});
+    visit(self.views_at_most,
+          Field{"views_at_most", "Number of views at which a guided calibration ends in any case.", 4, 1000});
+    visit(self.capture, Field{"capture", "Which pictures of a live camera are taken."});
+    visit(self.coverage, Field{"coverage", "Which views a guided calibration asks for."});
+  }
+};
+
+/// How far a guided calibration is.
+struct GuideStatus {
+  CaptureVerdict picture{};  ///< what became of the last picture
+  ViewCoverage coverage{};
+  std::array<int, 9> in_picture{};          ///< corners in each ninth of the last picture
+  std::vector<std::string> missing{};       ///< views, in words; empty: none
+  std::optional<double> held_out_rms_px{};  ///< of the calibration with the views so far
+  std::optional<double> focal_share{};      ///< standard deviation of its focal length, as a share of it
+  std::string absence{};                    ///< where no picture showed the target for seconds: what to try
+  bool good_enough = false;
+};
+
+/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board, its left edge nearer to the
+/// camera; hold it where it was not yet: top left, top".
+[[nodiscard]] std::string to_text(const GuideStatus& status);
+
+/// What is there and what is wanted, of each part of the picture and each tilt (docs/formats/live.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const GuideStatus& status, const GuideOptions& options);
+
+/// Takes views from the pictures of a camera until they tell it well enough.
+class GuidedCalibration {
+ public:
+  /// `folder`: where the views are kept as pictures, and found again; empty: nowhere. All outlive this.
+  GuidedCalibration(const CalibrateCameraJob& job, const CalibrationTarget& target, const TagFinder& finder,
+                    const GuideOptions& options, std::string folder);
+
+  /// The views that an earlier calibration kept in the folder; how many. Fails on pictures of different
+  /// sizes.
+  [[nodiscard]] Result<std::size_t> resume(const JobControl& control);
+  /// The next picture. True: it was taken as a view. Fails when it has another size than the views, or cannot
+  /// be kept. A new view costs a fit.
+  [[nodiscard]] Result<bool> take(SensorTime stamp, const ImageView& image);
+  [[nodiscard]] const GuideStatus& status() const { return status_; }
+  /// The marks in the last picture.
+  [[nodiscard]] const TargetPicture& marks() const { return marks_; }
+
+  /// The calibration by all views, as calibrate_camera() finds it; fails with too few.
+  [[nodiscard]] Result<CalibrateCameraReport> finish() const;
+
+ private:
+  [[nodiscard]] Status add_view(std::string name, TargetPicture marks, int width_px, int height_px);
+  [[nodiscard]] Status keep(const ImageView& image, std::string& name) const;
+  void judge();
+  /// Looks for other boards once, when the target was in no picture for a while.
+  void explain_absence(SensorTime stamp, const ImageView& image);
+
+  const CalibrateCameraJob& job_;
+  const CalibrationTarget& target_;
+  const TagFinder& finder_;
+  const GuideOptions& options_;
+  std::string folder_;
+  ViewCapture capture_;
+  TargetPicture marks_{};
+  std::vector<std::string> names_{};
+  std::vector<TargetPicture> views_{};
+  std::vector<double> marker_shares_{};
+  bool seen_ = false;  ///< the target was in a picture
+  std::optional<SensorTime> first_{};
+  int width_px_ = 0;
+  int height_px_ = 0;
+  GuideStatus status_{};
+};
+
+}  // namespace waymark

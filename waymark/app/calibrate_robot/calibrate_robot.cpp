@@ -1,0 +1,201 @@
+#include "waymark/app/calibrate_robot/calibrate_robot.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/calibrate_robot/calibrate_lap.hpp"
+#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark {
+namespace {
+
+/// What to drive so that a number can be told, in the order of Calibrated.
+constexpr std::array<const char*, kCalibrated> kAdvice = {
+    "Turn on the spot, both ways, with tags in view.",
+    "Turn on the spot, both ways, with tags in view.",
+    "Drive straight ahead for some metres with tags in view.",
+    "Drive some metres straight, past several tags.",
+    "Turn both ways on the spot, several times round.",
+    "Record the gyro, and turn both ways on the spot, several times round.",
+    "Drive at two speeds and turn quickly: at constant speed a late picture and a camera further back look "
+    "alike.",
+    "Look at the same tags from near and from afar.",
+    "Look at the same tags from near and from afar.",
+    "Drive past tags on both sides.",
+    "Look at the same tags from near and from afar.",
+    "Look at the same tags from near and from afar."};
+
+/// The samples between two times after the first.
+std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, double to_s) {
+  std::vector<Sample> kept;
+  for (const Sample& sample : samples) {
+    const double at_s = to_seconds(stamp_of(sample) - stamp_of(samples.front()));
+    if (at_s >= from_s && at_s <= to_s) kept.push_back(sample);
+  }
+  return kept;
+}
+
+Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fit) {
+  Calibration calibration;
+  const MountedSensor sensor = calibrated_sensor(inputs.setup.sensor, fit.value);
+  calibration.camera = sensor.camera;
+  const SE3& base_T_sensor = sensor.base_T_sensor;
+  CalibratedNumbers value = fit.value;
+  value[static_cast<std::size_t>(Calibrated::MountingX)] = base_T_sensor.translation().x();
+  value[static_cast<std::size_t>(Calibrated::MountingY)] = base_T_sensor.translation().y();
+  value[static_cast<std::size_t>(Calibrated::MountingYaw)] =
+      inputs.planar_sensor ? project_to_plane(base_T_sensor).yaw() : camera_mounting(base_T_sensor).yaw_rad;
+  value[static_cast<std::size_t>(Calibrated::MountingZ)] = base_T_sensor.translation().z();
+  value[static_cast<std::size_t>(Calibrated::MountingRoll)] = camera_mounting(base_T_sensor).roll_rad;
+  value[static_cast<std::size_t>(Calibrated::MountingPitch)] = camera_mounting(base_T_sensor).pitch_rad;
+  for (std::size_t i = 0; i < kCalibrated; ++i) {
+    const std::string name(to_string(static_cast<Calibrated>(i)));
+    if (fit.sigma[i] == 0) continue;  // was not sought
+    CalibratedValue& entry = calibration.values[name];
+    entry = {.value = value[i], .sigma = fit.sigma[i]};
+    if (fit.known[i]) {
+      if (fit.kept[i]) entry.advice = "As given: the drive agrees.";
+      continue;
+    }
+    entry.verdict = CalibrationVerdict::Unobservable;
+    entry.advice = kAdvice[i];
+  }
+  calibration.provenance = {{"method", "innovations"},
+                            {"innovations_before", fmt::format("{:.3f}", fit.cost_before)},
+                            {"innovations_after", fmt::format("{:.3f}", fit.cost_after)},
+                            {"held_out_before", fmt::format("{:.3f}", fit.held_out_before)},
+                            {"held_out_after", fmt::format("{:.3f}", fit.held_out_after)}};
+  return calibration;
+}
+
+Error of_the_drive(ErrorCode code, std::string message, const CalibrateRobotJob& job, std::string hint) {
+  return {code, std::move(message), {.source = job.drive.logs.front()}, std::move(hint)};
+}
+
+Status check_job(const CalibrateRobotJob& job) {
+  if (job.drive.map.empty() && job.by == CalibrateRobotBy::Innovations)
+    return fail(ErrorCode::InvalidArgument, "innovations are about tags that are known", {.key = "--by"},
+                "Give their map with --map.");
+  if (!(job.from_s < job.to_s))
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("nothing lies between --from {:g} s and --to {:g} s", job.from_s, job.to_s),
+                {.key = "--to"},
+                "The end comes after the beginning; both count from the start of the recording.");
+  if (job.drive.output.empty()) return {};
+  Status writable = check_output_file(job.drive.output);
+  return writable ? check_calibration_place(job.drive.output) : writable;
+}
+
+/// The lap tells tags and numbers together; a map holds the tags as surely as it says.
+Result<CalibrateRobotReport> by_lap(const CalibrateRobotJob& job, const JobControl& control) {
+  Result<LapCalibration> found = calibrate_recorded_lap(job.drive, job.from_s, job.to_s, control);
+  if (!found) {
+    Error error = found.error();
+    if (error.place.source.empty() && error.place.key.empty()) error.place.source = job.drive.logs.front();
+    return tl::unexpected(std::move(error));
+  }
+  CalibrateRobotReport report{.calibration = found->calibration, .lap = std::move(*found)};
+  report.calibration.provenance.emplace_back("recording", job.drive.logs.front());
+  return report;
+}
+
+Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const JobControl& control) {
+  Result<LocalizeInputs> inputs = read_localize_inputs(job.drive, control);
+  if (!inputs) return tl::unexpected(inputs.error());
+  const std::vector<Sample> samples = within(inputs->samples, job.from_s, job.to_s);
+  if (samples.empty())
+    return tl::unexpected(of_the_drive(ErrorCode::InvalidArgument,
+                                       "nothing was recorded between --from and --to", job,
+                                       "`waymark info` shows how long it is."));
+  int runs = 0;
+  InnovationFitOptions options;
+  if (inputs->mounting_guessed) options.keep_sigma = 0;  // nothing was given by who knew more
+  options.keep_going = [&] {
+    control.progress({fmt::format("run {} of the filter over the recording, of some twenty", ++runs)});
+    return !control.cancelled();
+  };
+  Result<InnovationFit> fit = calibrate_by_innovations(samples, inputs->setup.landmarks, inputs->setup.sensor,
+                                                       inputs->setup.filter, options);
+  if (!fit) return tl::unexpected(fit.error());
+  CalibrateRobotReport report{.calibration = calibration_of(*inputs, *fit),
+                              .innovations = *fit,
+                              .warnings = std::move(inputs->warnings)};
+  report.calibration.provenance.emplace_back("recording", job.drive.logs.front());
+  report.calibration.provenance.emplace_back("map", job.drive.map);
+  return report;
+}
+
+bool tells_nothing(const Calibration& calibration) {
+  return std::ranges::none_of(calibration.values, [](const auto& entry) {
+    return entry.second.verdict == CalibrationVerdict::Known;
+  });
+}
+
+}  // namespace
+
+Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job, const JobControl& control) {
+  if (Status status = check_job(job); !status) return tl::unexpected(status.error());
+  const bool lap = job.by == CalibrateRobotBy::Lap ||
+                   (job.by == CalibrateRobotBy::Either && can_calibrate_by_lap(job.drive, control));
+  Result<CalibrateRobotReport> report = lap ? by_lap(job, control) : by_innovations(job, control);
+  if (control.cancelled()) return fail(ErrorCode::Unwritable, "stopped: nothing was written");
+  return report;
+}
+
+Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
+                                            const CalibrateRobotReport& report) {
+  if (report.innovations && report.innovations->changed && !report.innovations->improved)
+    return tl::unexpected(of_the_drive(
+        ErrorCode::NotFound,
+        "the numbers that were found do not fit the drive better, its held-out third included, than those "
+        "that were given: nothing was written",
+        job,
+        "Record a longer drive at two speeds with turns to both sides. --tag-sigma-m and --point-sigma-m "
+        "say how good the map and the observations are."));
+  if (tells_nothing(report.calibration))
+    return tl::unexpected(of_the_drive(
+        ErrorCode::NotFound,
+        "this drive determines none of the values: there is no calibration, and nothing was written", job,
+        "What to drive stands beside each of them."));
+  if (job.drive.output.empty()) return std::string();
+  if (Status place = check_calibration_place(job.drive.output); !place) return tl::unexpected(place.error());
+  auto earlier = move_aside(job.drive.output, to_yaml(report.calibration));
+  if (!earlier) return earlier;
+  if (Status status = write_calibration(job.drive.output, report.calibration); !status)
+    return tl::unexpected(status.error());
+  return earlier;
+}
+
+nlohmann::ordered_json to_json(const CalibrateRobotReport& report) {
+  nlohmann::ordered_json json;
+  for (const std::string& name : calibration_names()) {
+    const auto found = report.calibration.values.find(name);
+    if (found == report.calibration.values.end()) continue;
+    const CalibratedValue& v = found->second;
+    json["values"][name] = {{"value", v.value},
+                            {"sigma", v.sigma},
+                            {"verdict", v.verdict == CalibrationVerdict::Known ? "known" : "unobservable"},
+                            {"advice", v.advice}};
+  }
+  if (report.lap) {
+    json["tags"] = report.lap->map.map.tags.size();
+    json["corners_rms_px"] = report.lap->map.rms_px;
+  }
+  if (!report.innovations) return json;
+  const InnovationFit& fit = *report.innovations;
+  json["innovations_before"] = fit.cost_before;
+  json["innovations_after"] = fit.cost_after;
+  json["held_out_before"] = fit.held_out_before;
+  json["held_out_after"] = fit.held_out_after;
+  json["improved"] = fit.improved;
+  json["runs"] = fit.runs;
+  return json;
+}
+
+}  // namespace waymark

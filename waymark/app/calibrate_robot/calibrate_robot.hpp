@@ -1,0 +1,87 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/localize/localize_log.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/localization/innovation_calibration.hpp"
+#include "waymark/mapping/lap/lap_calibration.hpp"
+
+/// `waymark calibrate robot`: where the camera sits, scales, gains and latency from a drive past tags.
+namespace waymark {
+
+enum class CalibrateRobotBy : std::uint8_t {
+  Either,       ///< the lap, where it holds what that takes
+  Lap,          ///< tags, way and numbers together, by bundle adjustment
+  Innovations,  ///< the numbers with which a filter predicts best what was seen; needs a map
+};
+
+struct CalibrateRobotJob {
+  LocalizeJob drive{};  ///< recordings, map, robot, earlier calibration, filter; `output`: calibration.yaml
+  CalibrateRobotBy by = CalibrateRobotBy::Either;
+  double from_s = 0;  ///< of the drive, after its first sample
+  double to_s = std::numeric_limits<double>::infinity();
+};
+
+/// What a user says of a calibration, but options.
+struct CalibrateRobotWords {
+  CalibrateRobotJob job{};
+  std::string by{};  ///< lap, innovations; empty: either
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.job.drive.logs, JobField("logs LOG", "Recordings of one drive past tags").input().required());
+    visit(self.job.drive.map,
+          JobField("map FILE",
+                   "Map of the tags, as for `waymark localize`. Unless given: the tags are "
+                   "mapped together with the calibration"));
+    visit(self.by,
+          JobField("by HOW",
+                   "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
+                   "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: "
+                   "lap where there are corners of tags and odometry, and no map or one of Waymark")
+              .one_of("lap,innovations"));
+    CameraChoice::fields(self.job.drive.frames, visit);
+    visit(self.job.drive.robot,
+          JobField("robot FILE", "Camera and its mounting, as far as known: a robot's file, or a name"));
+    visit(self.job.drive.calibration,
+          JobField("calibration FILE",
+                   "Calibration known beforehand (calibration.yaml), such as the camera's"));
+    visit(self.job.drive.tag_size_m, JobField("tag_size_m NUMBER", "Tag size where the map has none"));
+    visit(self.job.drive.map_sigma_m, JobField("map_sigma NUMBER",
+                                               "Standard deviation of the tags' positions, by lap, of a map "
+                                               "without covariances, such as one measured by hand [m]",
+                                               1e-6, 10.0));
+    visit(self.job.drive.sensor_pose,
+          JobField("sensor_pose NUMBER", "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
+              .parts(3));
+    visit(self.job.from_s, JobField("from S", "Begin of the used interval, in seconds from the start"));
+    visit(self.job.to_s,
+          JobField("to S", "End of the used interval, in seconds from the start").without_usual());
+    visit(self.job.drive.output, JobField("output FILE", "Calibration to write (calibration.yaml)"));
+  }
+};
+
+struct CalibrateRobotReport {
+  Calibration calibration{};
+  std::optional<LapCalibration> lap{};         ///< when it was found by the lap
+  std::optional<InnovationFit> innovations{};  ///< when it was found by innovations
+  std::vector<std::string> warnings{};
+};
+
+/// Fails before anything is read when the output cannot be written.
+[[nodiscard]] Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job,
+                                                           const JobControl& control);
+/// Writes what was found to the job's output, if it names one; what stood there moves aside, and its new name
+/// is given back. Fails, and writes nothing, where the drive
+/// told no number, or no better ones than were given.
+[[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
+                                                          const CalibrateRobotReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const CalibrateRobotReport& report);
+
+}  // namespace waymark

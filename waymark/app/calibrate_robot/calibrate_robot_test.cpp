@@ -1,0 +1,136 @@
+// The numbers of a robot from a drive past tags, by the lap and by innovations, and what is done with them.
+#include "waymark/app/calibrate_robot/calibrate_robot.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/app/calibrate_robot/calibrate_lap.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// A whole lap, the true map, and a robot's file that has the camera turned by two degrees.
+struct CalibrationDrive {
+  fs::path folder = testing::fresh_folder("jobs_calibrate");
+  std::string lap = test::record_lap(folder / "lap.mcap", 71);
+  std::string map = (folder / "map.yaml").string();
+  std::string wrong_robot = (folder / "wrong.yaml").string();
+  SE3 base_T_cam = read_robot(WAYMARK_SHARE "/robots/limo.yaml")->model.base_T_cam;
+
+  CalibrationDrive() {
+    MapFile file{.tags = test::circuit().tags, .anchor = test::circuit().anchor};
+    for (auto& [tag, mapped] : file.tags.tags) mapped.covariance = Matrix6(Matrix6::Identity() * 1e-6);
+    EXPECT_TRUE(write_map(map, file));
+    const SE3 turned = SE3(SO3::from_rpy(0, 0, kTurned_rad), Eigen::Vector3d::Zero()) * base_T_cam;
+    const auto yaml = with_camera_mounting(test::file_text(WAYMARK_SHARE "/robots/limo.yaml"), turned);
+    EXPECT_TRUE(yaml);
+    EXPECT_TRUE(write_text_file(wrong_robot, *yaml));
+  }
+  static constexpr double kTurned_rad = 0.035;
+};
+
+const CalibrationDrive& calibration_drive() {
+  static const CalibrationDrive made;
+  return made;
+}
+
+TEST(CalibrateByLap, AMountingThatIsWrongInTheFileIsFoundWithinItsDoubt) {
+  CalibrateRobotJob job{
+      .drive = {.logs = {calibration_drive().lap}, .robot = calibration_drive().wrong_robot}};
+  job.by = CalibrateRobotBy::Lap;
+  job.drive.output = (calibration_drive().folder / "by_lap.yaml").string();
+  std::string told;
+  JobControl control;
+  control.note = [&](const std::string& words) { told += words; };
+  const auto report = calibrate_robot(job, control);
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_THAT(told, HasSubstr("the robot's file has the camera")) << "where file and recording disagree";
+  const auto yaw = report->calibration.values.find("mounting_yaw_rad");
+  ASSERT_NE(yaw, report->calibration.values.end());
+  const double truth_rad = camera_mounting(calibration_drive().base_T_cam).yaw_rad;
+  EXPECT_NEAR(yaw->second.value, truth_rad, std::max(0.003, 4 * yaw->second.sigma));
+  EXPECT_LT(yaw->second.sigma, CalibrationDrive::kTurned_rad / 4);
+  ASSERT_TRUE(write_robot_calibration(job, *report));
+  const auto written = read_calibration(job.drive.output);
+  ASSERT_TRUE(written) << to_string(written.error());
+  EXPECT_EQ(written->values.size(), report->calibration.values.size());
+  EXPECT_EQ(written->known("mounting_yaw_rad"), report->calibration.known("mounting_yaw_rad"));
+  const auto json = to_json(*report);
+  EXPECT_EQ(json["tags"], 24);
+  EXPECT_LT(json["corners_rms_px"].get<double>(), 2);
+}
+
+TEST(CalibrateByLap, ASpanOfTheDriveIsEnoughAndOneOfNothingIsAnError) {
+  CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}}};
+  job.by = CalibrateRobotBy::Lap;
+  job.to_s = 12;
+  const auto part = calibrate_robot(job, {});
+  ASSERT_TRUE(part) << to_string(part.error());
+  ASSERT_TRUE(part->lap);
+  EXPECT_LT(part->lap->map.map.tags.size(), 24U);
+  job.from_s = 10'000;
+  job.to_s = 10'001;
+  const auto nothing = calibrate_robot(job, {});
+  ASSERT_FALSE(nothing);
+  EXPECT_FALSE(nothing.error().place.source.empty() && nothing.error().place.key.empty());
+}
+
+TEST(CalibrateByLap, ItTakesCornersAndOdometry) {
+  LocalizeJob job{.logs = {calibration_drive().lap}, .map = calibration_drive().map};
+  EXPECT_TRUE(can_calibrate_by_lap(job, {}));
+  const fs::path folder = testing::fresh_folder("jobs_no_odometry");
+  job.logs = {test::record_lap(folder / "lap.mcap", 72, {.for_s = 3, .odometry = false})};
+  EXPECT_FALSE(can_calibrate_by_lap(job, {}));
+  job.logs = {"/nowhere/lap.mcap"};
+  EXPECT_FALSE(can_calibrate_by_lap(job, {}));
+}
+
+TEST(CalibrateByInnovations, TheNumbersThatPredictBestAreToldAndCancellingEndsThem) {
+  CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}, .map = calibration_drive().map}};
+  job.by = CalibrateRobotBy::Innovations;
+  job.to_s = 15;
+  std::vector<std::string> words;
+  JobControl control;
+  control.progress = [&](const JobProgress& now) { words.push_back(now.words); };
+  const auto report = calibrate_robot(job, control);
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_TRUE(report->innovations);
+  EXPECT_FALSE(report->lap);
+  EXPECT_EQ(words.front(), "run 1 of the filter over the recording, of some twenty");
+  EXPECT_LE(report->innovations->cost_after, report->innovations->cost_before + 1e-9);
+  const auto json = to_json(*report);
+  EXPECT_EQ(json["runs"], report->innovations->runs);
+  for (const auto& [name, value] : report->calibration.values)
+    EXPECT_EQ(value.verdict == CalibrationVerdict::Unobservable && value.advice.empty(), false) << name;
+  int runs = 0;
+  control.progress = [&](const JobProgress&) { ++runs; };
+  control.cancelled = [&] { return runs >= 2; };
+  const auto stopped = calibrate_robot(job, control);
+  ASSERT_FALSE(stopped);
+  EXPECT_THAT(stopped.error().message, HasSubstr("nothing was written"));
+  EXPECT_LE(runs, 3) << "it ends after the run it is in";
+}
+
+TEST(TakeCalibrated, OnlyWhatIsKnownReplacesTheNumbersOfTheFilter) {
+  Calibration calibration;
+  calibration.values["odometry_scale"] = {.value = 1.05, .sigma = 0.01};
+  calibration.values["yaw_gain"] = {.value = 0.9, .verdict = CalibrationVerdict::Unobservable};
+  calibration.values["camera_latency_s"] = {.value = 0.08, .sigma = 0.01};
+  RiekfOptions filter;
+  const double yaw_gain = filter.yaw_gain;
+  take_calibrated(calibration, filter);
+  EXPECT_EQ(filter.odometry_scale, 1.05);
+  EXPECT_EQ(filter.camera_latency_s, 0.08);
+  EXPECT_EQ(filter.yaw_gain, yaw_gain) << "what the drive did not tell stays as it is";
+}
+
+}  // namespace
+}  // namespace waymark

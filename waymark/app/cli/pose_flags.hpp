@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <CLI/App.hpp>
+
+#include "waymark/app/common/camera_description.hpp"
+#include "waymark/base/error.hpp"
+
+namespace waymark::cli {
+
+/// The flags with which a verb gives poses: --camera, --camera-name, --camera-size, --tag-size-m. Must stay
+/// where it is while the command line is parsed.
+class PoseFlags {
+ public:
+  explicit PoseFlags(CLI::App& verb);
+  PoseFlags(const PoseFlags&) = delete;
+  PoseFlags& operator=(const PoseFlags&) = delete;
+
+  /// Nothing when no pose was asked for. Fails when only half of what is needed was given, on a file that
+  /// cannot be read and on a size that cannot be.
+  [[nodiscard]] Result<std::optional<PoseSetup>> make() const {
+    return described_poses(words_.camera, words_.sizes);
+  }
+  /// Fails when one of them was given, where no pose is asked for.
+  [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
+
+ private:
+  const CLI::App& app_;
+  PoseWords words_{};
+};
+
+}  // namespace waymark::cli

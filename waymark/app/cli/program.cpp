@@ -1,0 +1,207 @@
+#include "waymark/app/cli/program.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+#include <new>
+#include <regex>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include "waymark/app/cli/build_details.hpp"
+#include "waymark/app/cli/help_text.hpp"
+#include "waymark/base/suggest.hpp"
+
+#ifndef WAYMARK_VERSION
+#define WAYMARK_VERSION "unknown"
+#endif
+
+namespace waymark::cli {
+namespace {
+
+/// A verb with its part of the parser.
+struct Node {
+  const Verb* verb = nullptr;
+  CLI::App* app = nullptr;
+  Run run;
+  std::vector<Node> children;
+};
+
+bool says(const std::vector<std::string>& words, std::string_view word) {
+  return std::ranges::count(words, word) > 0;
+}
+
+/// Only verbs that the words name get their flags: all of them take longer than many a verb runs.
+Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words) {
+  Node node{&verb, &app, {}, {}};
+  app.set_help_flag("-h,--help", "Print this and stop");
+  app.set_help_all_flag("--help-all", "Print all flags, also those used less, and stop");
+  app.footer(verb.help);
+  if (verb.prepare) node.run = verb.prepare(app);
+  for (const Verb& child : verb.verbs) {
+    CLI::App* sub = app.add_subcommand(child.name, child.sentence)->group("Verbs");
+    node.children.push_back(says(words, child.name) ? grow(child, *sub, words) : Node{&child, sub, {}, {}});
+  }
+  if (!node.children.empty()) app.require_subcommand(node.run ? 0 : 1, 1);
+  return node;
+}
+
+/// How far the words lead into the tree of verbs.
+struct Chosen {
+  const Node* node = nullptr;
+  std::string name;          ///< "waymark evaluate detections"
+  std::string unknown_verb;  ///< the word that should have been a verb; empty when there is none
+};
+
+Chosen choose(const Node& root, const std::vector<std::string>& words) {
+  Chosen chosen{&root, root.verb->name, {}};
+  for (const std::string& word : words) {
+    if (chosen.node->children.empty()) break;
+    if (word.starts_with('-')) continue;
+    const auto& children = chosen.node->children;
+    const auto found =
+        std::find_if(children.begin(), children.end(), [&](const Node& n) { return n.verb->name == word; });
+    if (found == children.end()) {
+      if (!chosen.node->run) chosen.unknown_verb = word;
+      break;
+    }
+    chosen.node = &*found;
+    chosen.name += " " + word;
+  }
+  return chosen;
+}
+
+std::vector<std::string> flags_of(const CLI::App& app) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+  }
+  return flags;
+}
+
+/// The first word that looks like a flag and is none; empty when there is none.
+std::string unknown_flag(const CLI::App& root) {
+  for (const std::string& word : root.remaining(true)) {
+    if (word.size() > 1 && word.starts_with('-') && word != "--") return word.substr(0, word.find('='));
+  }
+  return {};
+}
+
+/// "0.01" for the parser's "0.010000".
+std::string short_number(const std::string& number) {
+  if (number.find('.') == std::string::npos) return number;
+  const std::string shorter = number.substr(0, number.find_last_not_of('0') + 1);
+  return shorter.ends_with('.') ? shorter.substr(0, shorter.size() - 1) : shorter;
+}
+
+/// "(--seed): 'abc' is not a number from 0 to 9" for the parser's "--seed: Value abc not in range 0 to 9",
+/// and
+/// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e".
+std::string plain_words(const std::string& words) {
+  static const std::regex kRange("(--[a-z0-9-]+): Value (.*) not in range (.*) to (.*)");
+  static const std::regex kConversion("Could not convert: (--[a-z0-9-]+) = (.*)");
+  std::smatch match;
+  if (std::regex_match(words, match, kRange))
+    return fmt::format("({}): '{}' is not a number from {} to {}", match[1].str(), match[2].str(),
+                       short_number(match[3].str()), short_number(match[4].str()));
+  if (std::regex_match(words, match, kConversion))
+    return fmt::format("({}): '{}' is not a number", match[1].str(), match[2].str());
+  return words;
+}
+
+/// What a ParseError means, with the nearest known flag where one was misspelt.
+std::string explain(const CLI::ParseError& error, const CLI::App& root, const CLI::App& app) {
+  const std::string flag = unknown_flag(root);
+  if (flag.empty()) return plain_words(error.what());
+  const std::string nearest = nearest_word(flag, flags_of(app));
+  return fmt::format("unknown flag '{}'.{}", flag,
+                     nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));
+}
+
+std::vector<std::string> names_of(const std::vector<Node>& nodes) {
+  std::vector<std::string> names;
+  names.reserve(nodes.size());
+  for (const Node& node : nodes) names.push_back(node.verb->name);
+  return names;
+}
+
+ExitCode misused(Console& console, const std::string& name, const std::string& what) {
+  console.say(fmt::format("{}{} See `{} --help`.", what,
+                          what.ends_with('?') || what.ends_with('.') ? "" : ".", name));
+  return ExitCode::Usage;
+}
+
+/// The flag that was given "nan", which passes every test of a range; empty when none was.
+std::string flag_without_number(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_lnames().empty()) continue;
+    for (const std::string& word : option->results()) {
+      if (word.size() <= 4 && CLI::detail::to_lower(word).ends_with("nan")) return option->get_name();
+    }
+  }
+  return {};
+}
+
+ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
+  CLI::App app(program.sentence, program.name);
+  app.formatter(std::make_shared<WrappingFormatter>());
+  const bool verbose = says(words, "--version") && std::erase(words, "--verbose") > 0;
+  app.set_version_flag("--version", program.name + " " WAYMARK_VERSION,
+                       "Print the version and stop; with --verbose also compiler, features and libraries");
+  const Node root = grow(program, app, words);
+  if (!words.empty() && words.front() == "help") {  // `waymark help detect`
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  const Chosen chosen = choose(root, words);
+  Console console(chosen.name, out, err);
+  if (words.empty()) {
+    console.say("no verb given.\n\n" + app.help());
+    return ExitCode::Usage;
+  }
+  if (!chosen.unknown_verb.empty()) {
+    return misused(console, chosen.name,
+                   fmt::format("unknown verb '{}'. {}", chosen.unknown_verb,
+                               suggestion(chosen.unknown_verb, names_of(chosen.node->children))));
+  }
+  try {
+    std::reverse(words.begin(), words.end());  // CLI11 wants the last word first
+    app.parse(std::move(words));
+  } catch (const CLI::CallForAllHelp&) {
+    console.print(app.help("", CLI::AppFormatMode::All));
+    return console.finish(ExitCode::Ok);
+  } catch (const CLI::CallForHelp&) {
+    console.print(app.help());
+    return console.finish(ExitCode::Ok);
+  } catch (const CLI::CallForVersion& version) {
+    console.print(std::string(version.what()) + "\n" + (verbose ? build_details() : ""));
+    return console.finish(ExitCode::Ok);
+  } catch (const CLI::ParseError& error) {
+    return misused(console, chosen.name, explain(error, app, *chosen.node->app));
+  }
+  if (const std::string flag = flag_without_number(*chosen.node->app); !flag.empty())
+    return misused(console, chosen.name, fmt::format("({}): nan is not a number.", flag));
+  return console.finish(chosen.node->run(console));
+}
+
+}  // namespace
+
+int run_program(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
+  ExitCode code = ExitCode::SomeFailed;
+  try {
+    code = parse_and_run(program, std::move(words), out, err);
+  } catch (const std::bad_alloc&) {
+    std::fputs(fmt::format("{}: out of memory\n", program.name).c_str(), err);
+  } catch (const std::exception& error) {  // from a library; ours do not throw
+    std::fputs(fmt::format("{}: internal error: {}. Please report it.\n", program.name, error.what()).c_str(),
+               err);
+  }
+  return static_cast<int>(code);
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+
+#include "waymark/app/cli/options_flags.hpp"
+#include "waymark/app/replay/replay_route.hpp"
+
+namespace waymark::cli {
+
+/// The options of a replay: filter, controller, speed, alarms and limits. Must stay where it is while the
+/// command line is parsed.
+class ReplayFlags {
+ public:
+  /// SettingsOnly: of the usual method and controller alone, for verbs that do not choose them.
+  ReplayFlags(Settings& settings, Reach reach);
+
+  /// Writes what was given over the job. Fails on options of a method or a controller that the job does not
+  /// use.
+  [[nodiscard]] Status apply(ReplayJob& job) const;
+
+ private:
+  [[nodiscard]] Status check(const ReplayJob& job) const;
+
+  const CLI::App& app_;
+  OptionFlags<RiekfOptions> filter_;
+  std::optional<OptionFlags<AnchorOptions>> anchor_{};
+  OptionFlags<FollowerOptions> follower_;
+  OptionFlags<ActuatorOptions> actuators_;
+  OptionFlags<ProfileOptions> profile_;
+  std::optional<OptionFlags<PurePursuitOptions>> pursuit_{};
+  std::optional<OptionFlags<GoToPoseOptions>> goal_{};
+  OptionFlags<WatchOptions> watch_;
+  OptionFlags<ConsistencyOptions> consistency_;
+  OptionFlags<SafetyOptions> safety_;
+};
+
+}  // namespace waymark::cli

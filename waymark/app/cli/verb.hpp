@@ -1,0 +1,90 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "waymark/app/cli/console.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace waymark::cli {
+
+/// What runs once the command line is parsed.
+using Run = std::function<ExitCode(Console&)>;
+
+/// A word of the command line and what it does: it runs (`prepare`), or leads to further words (`verbs`), or
+/// both, when what follows it is none of those words.
+struct Verb {
+  std::string name;
+  std::string sentence;  ///< in the list of verbs
+  std::string help;      ///< at the end of its own --help: an example with its output, exit codes
+  std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
+  std::vector<Verb> verbs = {};
+};
+
+/// The `prepare` of a verb whose flags are members of Args: its constructor adds them to the verb.
+template <class Args>
+[[nodiscard]] std::function<Run(CLI::App&)> prepared(ExitCode (*run)(const Args&, Console&)) {
+  return [run](CLI::App& app) -> Run {
+    const auto args = std::make_shared<Args>(app);
+    return [args, run](Console& console) { return run(*args, console); };
+  };
+}
+/// The same of a verb without flags.
+[[nodiscard]] inline std::function<Run(CLI::App&)> prepared(ExitCode (*run)(Console&)) {
+  return [run](CLI::App&) -> Run { return run; };
+}
+
+// One line a verb; main.cpp lists them.
+[[nodiscard]] Verb detect_verb();
+[[nodiscard]] Verb cameras_verb();
+[[nodiscard]] Verb commission_verb();
+[[nodiscard]] Verb doctor_verb();
+[[nodiscard]] Verb evaluate_verb();
+[[nodiscard]] Verb calibrate_verb();
+[[nodiscard]] Verb calibrate_camera_verb();
+[[nodiscard]] Verb calibrate_robot_verb();
+[[nodiscard]] Verb evaluate_detections_verb();
+[[nodiscard]] Verb demo_verb();
+[[nodiscard]] Verb teach_verb();
+[[nodiscard]] Verb map_verb();
+[[nodiscard]] Verb map_convert_verb();
+[[nodiscard]] Verb replay_verb();
+[[nodiscard]] Verb routes_verb();
+[[nodiscard]] Verb optimize_verb();
+[[nodiscard]] Verb localize_verb();
+[[nodiscard]] Verb report_verb();
+[[nodiscard]] Verb plot_verb();
+[[nodiscard]] Verb info_verb();
+[[nodiscard]] Verb convert_verb();
+[[nodiscard]] Verb play_verb();
+[[nodiscard]] Verb view_verb();
+[[nodiscard]] Verb recover_verb();
+[[nodiscard]] Verb world_verb();
+[[nodiscard]] Verb simulate_verb();
+[[nodiscard]] Verb samples_verb();
+[[nodiscard]] Verb robot_sim_verb();
+[[nodiscard]] Verb mbot_verb();
+[[nodiscard]] Verb robots_verb();
+[[nodiscard]] Verb gazebo_verb();
+[[nodiscard]] Verb ros2_verb();
+[[nodiscard]] Verb limo_verb();
+[[nodiscard]] Verb ros2_topic_verb();
+[[nodiscard]] Verb explore_verb();
+[[nodiscard]] Verb run_verb();
+[[nodiscard]] Verb stop_verb();
+[[nodiscard]] Verb world_check_verb();
+[[nodiscard]] Verb world_from_recording_verb();
+[[nodiscard]] Verb world_export_verb();
+[[nodiscard]] Verb world_import_verb();
+[[nodiscard]] Verb world_new_verb();
+[[nodiscard]] Verb world_orbit_verb();
+[[nodiscard]] Verb tags_verb();
+[[nodiscard]] Verb tags_sheet_verb();
+[[nodiscard]] Verb tags_board_verb();
+
+}  // namespace waymark::cli

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/app/common/poses.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/camera/camera_model.hpp"
+
+namespace waymark {
+
+/// What a user says of a camera without a robot.
+struct CameraDescription {
+  std::string
+      file{};  ///< calibration.yaml, ROS camera_info, kalibr's YAML, PhotonVision's JSON, OpenCV's YAML
+  std::string name{};  ///< in a file of several
+  std::string size{};  ///< "1280x720": of its pictures, to which the calibration is scaled; empty: as it is
+  std::optional<double> readout_ms{};  ///< of a rolling shutter; goes before what the file says
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.name,
+          JobField("camera_name NAME", "Name of the camera of --camera, when the file holds several").less());
+    visit(self.size,
+          JobField("camera_size WIDTHxHEIGHT",
+                   "Size of the pictures, such as 1280x720, where the calibration was made at another one: "
+                   "it is scaled, which is right when both show the same field of view")
+              .less());
+  }
+};
+
+/// What a user says where tags are to get poses.
+struct PoseWords {
+  CameraDescription camera{};
+  std::vector<std::string> sizes{};  ///< as parse_tag_sizes() has them
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.camera.file, JobField("camera FILE",
+                                     "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of "
+                                     "PhotonVision): gives the pose of each tag"));
+    CameraDescription::fields(self.camera, visit);
+    visit(self.sizes, JobField("tag_size_m SIZE",
+                               "Side of the square where black border meets white [m]; ID=SIZE for a tag of "
+                               "another size (repeatable)")
+                          .repeated());
+  }
+};
+
+struct DescribedCamera {
+  CameraModel camera;
+  /// Standard deviations of the camera's numbers (intrinsics_of), where the file is a calibration.yaml; else
+  /// empty.
+  Eigen::VectorXd intrinsics_sigma{};
+  double readout_s = 0;  ///< of a rolling shutter, first row to last, negative from the bottom; 0: global
+};
+
+/// Reads the file. Errors name the flag at fault (--camera-size), or the file.
+[[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
+
+/// What poses need, of a camera and sizes as parse_tag_sizes() has them; nothing where neither is given.
+/// Fails also where only one of them is.
+[[nodiscard]] Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera,
+                                                               const std::vector<std::string>& tag_sizes);
+
+/// Fails (Unsupported) when pictures of this size are none of this camera.
+[[nodiscard]] Status check_picture_size(const CameraModel& camera, int width_px, int height_px);
+
+}  // namespace waymark

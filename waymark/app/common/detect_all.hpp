@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "waymark/app/common/detections_json.hpp"
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/picture_files.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/image/image.hpp"
+#include "waymark/tags/tag_finder.hpp"
+
+namespace waymark {
+
+/// What became of a list of inputs.
+struct DetectSummary {
+  std::size_t pictures = 0;  ///< processed without an error
+  std::size_t tags = 0;
+  std::size_t failed = 0;
+  bool stopped = false;             ///< cancelled before the end of the list
+  bool annotations_failed = false;  ///< their folder could not be made
+  std::set<std::string> said{};     ///< errors of pictures that are notes already: each once
+};
+
+/// Called with each report, in the order of the inputs; `image` is empty when the picture could not be read.
+/// May add an error to the report, which then counts as failed. Returns whether to go on.
+/// The pixels are there only during the call.
+using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const ImageView& image)>;
+
+/// Reads each input, all pictures of a recording or a video, and finds their tags. Corners are refined with
+/// the lens of `camera` in pictures of its size; null where the lens is unknown. Errors are notes and the
+/// next input is taken; cancelling stops between two pictures.
+[[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
+                                       const CameraModel* camera, const JobControl& control,
+                                       const EachPicture& each);
+
+/// The same of every picture of one recording; it is input `index`. Pictures are named FILE#SECONDS after
+/// their stamp. Returns whether to go on.
+bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
+                      const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                      DetectSummary& summary);
+/// The same of every picture of a video. Damage counts as one failure; other traps of the file are notes.
+bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
+                  const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                  DetectSummary& summary);
+
+namespace internal {
+
+/// "lap.mcap#12.345000000".
+[[nodiscard]] std::string name_of_picture(const std::string& path, SensorTime stamp);
+/// Finds the tags of a picture of a recording or a video.
+[[nodiscard]] PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
+                                      const TagFinder& finder, const CameraModel* camera);
+/// Counts a picture that was looked at. Its error becomes a note, unless an earlier picture had the same one.
+void count(const PictureReport& report, const JobControl& control, DetectSummary& summary);
+/// A failure of the whole file.
+void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary);
+
+}  // namespace internal
+
+/// The finder of tags of these families (empty: those of the options), whose corners are refined or not.
+[[nodiscard]] Result<TagFinder> described_finder(DetectorOptions options, const RefinementOptions& refinement,
+                                                 const std::vector<std::string>& families, bool refined);
+
+}  // namespace waymark

@@ -1,0 +1,138 @@
+#include "waymark/app/common/detections_json.hpp"
+
+#include <rapidcheck.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/json_line.hpp"
+#include "waymark/base/random.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+PictureReport some_report(std::uint64_t seed, bool with_covariance) {
+  Random random(seed);
+  PictureReport report{.image = "a/b \"c\".png", .width_px = 640, .height_px = 480, .detected = true};
+  for (int i = 0; i < 3; ++i) {
+    TagDetection tag;
+    tag.tag = {kAllFamilies.at(random.index(kAllFamilies.size())), static_cast<int>(random.index(30))};
+    tag.hamming = static_cast<int>(random.index(3));
+    tag.decision_margin = random.uniform(0, 100);
+    for (auto& corner : tag.corners_px) corner = {random.uniform(-10, 700), random.uniform(-10, 500)};
+    if (with_covariance) {
+      const CornerCovariance root =
+          CornerCovariance::NullaryExpr([&](Eigen::Index, Eigen::Index) { return random.normal(); });
+      tag.corner_covariance_px2 = 1e-3 * root * root.transpose();
+    }
+    report.detections.push_back(tag);
+  }
+  return report;
+}
+
+TEST(DetectionsJson, ComesBackAsItWas) {
+  rc::check("writing and reading keep everything that matters", [](std::uint64_t seed, bool with_covariance) {
+    const PictureReport report = some_report(seed, with_covariance);
+    const auto back = parse_reports(json_line(to_json(report, true)), "t.jsonl");
+    RC_ASSERT(back.has_value());
+    RC_ASSERT(back->size() == 1U);
+    const PictureReport& got = back->front();
+    RC_ASSERT(got.image == report.image);
+    RC_ASSERT(got.width_px == 640);
+    RC_ASSERT(got.detected);
+    RC_ASSERT(got.detections.size() == report.detections.size());
+    for (std::size_t i = 0; i < got.detections.size(); ++i) {
+      const TagDetection& a = got.detections[i];
+      const TagDetection& b = report.detections[i];
+      RC_ASSERT(a.tag == b.tag);
+      RC_ASSERT(a.hamming == b.hamming);
+      for (std::size_t c = 0; c < 4; ++c) RC_ASSERT((a.corners_px[c] - b.corners_px[c]).norm() <= 1e-6);
+      RC_ASSERT(a.corner_covariance_px2 ==
+                b.corner_covariance_px2);  // shortest digits that give the same double
+    }
+  });
+}
+
+TEST(DetectionsJson, KeysAreTheContract) {
+  const PictureReport report = some_report(1, true);
+  std::vector<std::string> keys;
+  const auto value = to_json(report, false);
+  for (const auto& [key, ignored] : value.items()) keys.push_back(key);
+  EXPECT_THAT(keys, ::testing::ElementsAre("image", "width_px", "height_px", "detections"));
+  keys.clear();
+  for (const auto& [key, ignored] : value["detections"][0].items()) keys.push_back(key);
+  EXPECT_THAT(keys, ::testing::ElementsAre("tag", "family", "id", "hamming", "decision_margin", "corners_px",
+                                           "center_px", "corner_sigma_px"));
+  EXPECT_TRUE(to_json(report, true)["detections"][0].contains("corner_covariance_px2"));
+}
+
+TEST(DetectionsJson, AFailureSaysWhatAndWhere) {
+  const PictureReport report{
+      .image = "x.png",
+      .error = Error{ErrorCode::Unreadable, "cut short", {.source = "x.png", .byte = 7}, "Copy again."}};
+  EXPECT_EQ(
+      json_line(to_json(report, false)),
+      R"({"image":"x.png","error":{"code":"unreadable","message":"cut short","source":"x.png","byte":7,)"
+      R"("hint":"Copy again."}})"
+      "\n");
+  const auto back = parse_reports(json_line(to_json(report, false)), "t.jsonl");
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(back->front().error.has_value());
+}
+
+TEST(DetectionsJson, AFileNameThatIsNotUtf8IsStillALine) {
+  EXPECT_THAT(json_line(to_json(PictureReport{.image = "\xFF.png", .width_px = 1, .height_px = 1}, false)),
+              HasSubstr("\xEF\xBF\xBD.png"));
+}
+
+TEST(DetectionsJson, WhatIsBrokenIsSaidWithLineAndKey) {
+  const auto failure = [](const std::string& text) {
+    const auto reports = parse_reports(text, "t.jsonl");
+    return reports ? "read" : to_string(reports.error());
+  };
+  const std::string good = R"({"image":"a","detections":[]})";
+  EXPECT_EQ(failure(good + "\n\n" + good), "read");
+  EXPECT_THAT(failure(good + "\n{\n"), HasSubstr("t.jsonl:2: is not a JSON object"));
+  EXPECT_THAT(failure("[]"), HasSubstr("t.jsonl:1: is not a JSON object"));
+  EXPECT_THAT(failure(R"({"detections":[]})"), HasSubstr("t.jsonl:1 (image): is missing"));
+  EXPECT_THAT(failure(R"({"image":"a"})"), HasSubstr("t.jsonl:1 (detections): is missing"));
+  EXPECT_THAT(failure(R"({"image":1,"detections":[]})"), HasSubstr("(image): is not a text"));
+  EXPECT_THAT(failure(R"({"image":"a","detections":[7]})"), HasSubstr("(detections): is not an object"));
+  EXPECT_THAT(failure(R"({"image":"a","detections":[{"tag":"tag36h11:7"}]})"),
+              HasSubstr("(detections[0].corners_px): is missing"));
+  EXPECT_THAT(
+      failure(R"({"image":"a","detections":[{"tag":"tag36h11:7","corners_px":[[1,2],[3,4],[5,6],[7]]}]})"),
+      HasSubstr("(detections[0].corners_px): is not a table of 4 x 2 finite numbers"));
+  EXPECT_THAT(
+      failure(R"({"image":"a","detections":[{"tag":"tag36h99:7","corners_px":[[1,2],[3,4],[5,6],[7,8]]}]})"),
+      HasSubstr("(detections[0].tag)"));
+}
+
+TEST(DetectionsJson, NestingHasALimitAndTextIsNoNesting) {
+  const auto nested = [](std::size_t depth) {
+    return R"({"image":"a","detections":[],"more":)" + std::string(depth, '[') + std::string(depth, ']') +
+           "}";
+  };
+  EXPECT_TRUE(parse_reports(nested(60), "t.jsonl"));
+  const auto deep = parse_reports(nested(100000), "t.jsonl");
+  ASSERT_FALSE(deep);
+  EXPECT_EQ(deep.error().code, ErrorCode::LimitExceeded);
+  EXPECT_EQ(deep.error().place.line, 1);
+  const std::string brackets = R"({"image":"\"[)" + std::string(500, '[') + R"(","detections":[]})";
+  EXPECT_TRUE(parse_reports(brackets, "t.jsonl")) << "a file may be called so";
+}
+
+TEST(DetectionsJson, AnyTextIsReadOrRefused) {
+  rc::check("a damaged line does not crash", [](std::uint64_t seed) {
+    Random random(seed);
+    std::string line = json_line(to_json(some_report(seed, true), true));
+    for (int i = 0; i < 3; ++i) line.at(random.index(line.size())) = static_cast<char>(random.index(128));
+    (void)parse_reports(line, "t.jsonl");
+  });
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,56 @@
+#include "waymark/app/common/flag_refusals.hpp"
+
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/app/localize/localize_log.hpp"
+#include "waymark/app/map/map_words.hpp"
+
+namespace waymark {
+namespace {
+
+GivenFlags given(std::set<std::string> flags) {
+  return [flags = std::move(flags)](const char* flag) { return flags.contains(flag); };
+}
+
+TEST(FlagRefusals, TheFirstThatWasGivenIsTheError) {
+  FlagRefusals refused(given({"--to", "--view"}));
+  refused.flags(true, {"--from"}, "nothing to cut", "");
+  EXPECT_TRUE(refused.status());
+  refused.flags(false, {"--to"}, "nothing to cut", "");
+  EXPECT_TRUE(refused.status());
+  refused.flags(true, {"--from", "--to"}, "nothing to cut", "Leave it out.");
+  refused.flags(true, {"--view"}, "nobody looks", "");
+  ASSERT_FALSE(refused.status());
+  EXPECT_EQ(refused.status().error().place.key, "--to");
+  EXPECT_EQ(refused.status().error().message, "nothing to cut");
+  EXPECT_EQ(refused.status().error().hint, "Leave it out.");
+}
+
+TEST(FlagRefusals, OfAMap) {
+  MapWords words;
+  EXPECT_FALSE(check_effects(words, given({})));
+  words.job.lap = "lap.mcap";
+  EXPECT_FALSE(check_effects(words, given({})));
+  words.job.folder = "map";
+  EXPECT_TRUE(check_effects(words, given({"--method"})));
+  const Status alone = check_effects(words, given({"--map-sigma"}));
+  ASSERT_FALSE(alone);
+  EXPECT_EQ(alone.error().place.key, "--map-sigma");
+  words.of.extend = "older";
+  EXPECT_TRUE(check_effects(words, given({"--map-sigma"})));
+}
+
+TEST(JobFields, AreNamedOnce) {
+  for (const auto& names : {field_names<MapWords>(), field_names<LocalizeJob>()}) {
+    const std::set<std::string> once(names.begin(), names.end());
+    EXPECT_EQ(once.size(), names.size());
+    EXPECT_THAT(names, ::testing::Contains("camera_frame")) << "those of the structs in it are its own";
+  }
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,201 @@
+#include "waymark/app/common/lap_input.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/app/common/poses.hpp"
+#include "waymark/config/world_file.hpp"
+
+namespace waymark {
+namespace {
+
+std::optional<double> parse_number(std::string_view text) {
+  double value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+Result<SE3> pose_of(std::string_view text) {
+  std::vector<double> n;
+  while (!text.empty()) {
+    const std::size_t end = text.find(' ');
+    const auto value = parse_number(text.substr(0, end));
+    if (value) n.push_back(*value);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  if (n.size() != 7) return fail(ErrorCode::Unreadable, "the pose of the anchor is not seven numbers");
+  const auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond(n[6], n[3], n[4], n[5]));
+  if (!rotation) return tl::unexpected(rotation.error());
+  return SE3(*rotation, {n[0], n[1], n[2]});
+}
+
+std::optional<std::string> metadata(const RecordingSetup& setup, const std::string& key) {
+  const auto block = setup.metadata.find(lap_facts::kMetadata);
+  if (block == setup.metadata.end()) return std::nullopt;
+  const auto value = block->second.find(key);
+  return value == block->second.end() ? std::nullopt : std::optional(value->second);
+}
+
+/// tag36h11, and the family of the anchor where the recording names one.
+std::vector<std::string> usual_families(MessageLog& log, const CameraChoice& choice) {
+  std::vector<std::string> families = DetectorOptions{}.families;
+  const auto setup = log.setup(choice);
+  const auto recorded = setup ? metadata(*setup, lap_facts::kAnchor) : std::nullopt;
+  if (!recorded) return families;
+  const auto anchor = tag_named(*recorded);
+  if (!anchor) return families;
+  const std::string family(to_string(anchor->family));
+  if (std::ranges::find(families, family) == families.end()) families.push_back(family);
+  return families;
+}
+
+Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, TeachSetup& setup) {
+  const std::optional<std::string> recorded = metadata(lap.setup, lap_facts::kAnchor);
+  if (!recorded && !overrides.anchor)
+    return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
+                "Give --anchor with a tag that was seen, for example --anchor tag36h11:0.");
+  const Result<TagId> anchor = tag_named(overrides.anchor.value_or(recorded.value_or("")));
+  if (!anchor) return tl::unexpected(anchor.error());
+  setup.anchor = *anchor;
+  setup.map_T_anchor = overrides.map_T_anchor.value_or(anchor_at_origin());
+  if (overrides.map_T_anchor) return {};
+  const std::optional<std::string> pose = metadata(lap.setup, lap_facts::kAnchorPose);
+  if (!pose || (recorded && *recorded != to_string(*anchor))) {
+    setup.anchor_pose_given = false;
+    return {};
+  }
+  const Result<SE3> map_T_anchor = pose_of(*pose);
+  if (!map_T_anchor) return tl::unexpected(map_T_anchor.error());
+  setup.map_T_anchor = *map_T_anchor;
+  return {};
+}
+
+}  // namespace
+
+SE3 anchor_at_origin() {
+  return {SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished()),
+          Eigen::Vector3d::Zero()};
+}
+
+Result<TagId> tag_named(const std::string& text) {
+  const bool only_digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  return parse_tag_id(only_digits ? "tag36h11:" + text : text);
+}
+
+Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides) {
+  if (!lap.setup.camera && lap.setup.chosen.camera_error)
+    return tl::unexpected(*lap.setup.chosen.camera_error);
+  if (!lap.setup.camera) {
+    std::string message = "the recording holds no calibration of its camera (/camera_info)";
+    if (!lap.setup.problems.empty())  // cut too early, perhaps
+      message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
+    return fail(ErrorCode::NotFound, std::move(message), {},
+                "Give a robot's file with --robot, or record sensor_msgs/CameraInfo with it; a table or bag "
+                "of detections "
+                "alone can be mapped with `waymark map --tagslam FOLDER`, where TagSLAM's files describe the "
+                "cameras and "
+                "the tags' sizes. "
+                "`waymark info` shows what it holds.");
+  }
+  if (!lap.setup.base_T_cam && lap.setup.chosen.mounting_error) {
+    Error error = *lap.setup.chosen.mounting_error;
+    error.message = "the recording does not say where the camera sits: " + error.message;
+    return tl::unexpected(std::move(error));
+  }
+  if (!lap.setup.base_T_cam)
+    return fail(
+        ErrorCode::NotFound,
+        "the recording does not say where the camera sits: it has no transforms (/tf_static, /tf) from the "
+        "base to the camera's optical frame",
+        {}, "Give a robot's file with --robot. `waymark info` shows what it holds.");
+  TeachSetup setup{.camera = *lap.setup.camera,
+                   .base_T_cam = *lap.setup.base_T_cam,
+                   .more_cameras = lap.setup.more_cameras};
+  auto sizes = tag_sizes_of(lap, overrides);
+  if (!sizes) return tl::unexpected(sizes.error());
+  if (!sizes->default_size_m)
+    return fail(ErrorCode::NotFound, "the recording does not say how large its tags are", {},
+                "Give --tag-size-m, the side of the black square.");
+  setup.sizes = std::move(*sizes);
+  if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
+  if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());
+  return setup;
+}
+
+Result<TagSizes> tag_sizes_of(const RecordedLap& lap, const SetupOverrides& overrides) {
+  std::istringstream words(metadata(lap.setup, lap_facts::kTagSizes).value_or(""));
+  Result<TagSizes> sizes = parse_tag_sizes({std::istream_iterator<std::string>(words), {}});
+  if (!sizes) {
+    Error error = sizes.error();
+    error.message = fmt::format("the recording's metadata {}: {}", lap_facts::kTagSizes, error.message);
+    error.place = {};
+    return tl::unexpected(std::move(error));
+  }
+  sizes->default_size_m = overrides.tag_size_m;
+  if (!sizes->default_size_m)
+    sizes->default_size_m = parse_number(metadata(lap.setup, lap_facts::kTagSize).value_or(""));
+  for (const auto& [tag, size_m] : overrides.size_by_tag_m) sizes->size_by_tag_m[tag] = size_m;
+  return sizes;
+}
+
+void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts) {
+  if (!sizes.default_size_m) return;
+  facts[lap_facts::kTagSize] = fmt::format("{}", *sizes.default_size_m);
+  std::string others;
+  for (const auto& [tag, size_m] : sizes.size_by_tag_m)
+    if (size_m != *sizes.default_size_m)
+      others += fmt::format("{}{}={}", others.empty() ? "" : " ", to_string(tag), size_m);
+  if (!others.empty()) facts[lap_facts::kTagSizes] = others;
+}
+
+Result<std::optional<World>> true_world(const RecordedLap& lap) {
+  const auto text = lap.attachments.find(lap_facts::kWorldFile);
+  if (text == lap.attachments.end()) return std::optional<World>();
+  Result<World> world = parse_world(text->second, lap_facts::kWorldFile);
+  if (!world) return tl::unexpected(world.error());
+  return std::optional(std::move(*world));
+}
+
+std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
+  const auto text = lap.attachments.find(lap_facts::kRobotFile);
+  return text == lap.attachments.end() ? std::nullopt : std::optional(text->second);
+}
+
+Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& control,
+                                  const TagFinder* finder) {
+  return read_lap_files({path}, control, finder, {});
+}
+
+Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const JobControl& control,
+                                   const TagFinder* finder, const CameraChoice& choice) {
+  const auto log = open_logs(paths, control.log_options());
+  if (!log) return tl::unexpected(log.error());
+  std::optional<TagFinder> usual;  // made when it is needed
+  const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
+    if (control.cancelled())
+      return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
+    if (finder == nullptr && !usual) {
+      auto made = make_tag_finder({.families = usual_families(**log, choice)});
+      if (!made) return tl::unexpected(made.error());
+      usual = std::move(*made);
+    }
+    Result<FoundTags> found = find_tags(picture.image, finder != nullptr ? *finder : *usual, camera);
+    if (!found) return tl::unexpected(found.error());
+    control.progress({fmt::format("finding tags: {:.1f} s", to_seconds(picture.stamp.time_since_epoch()))});
+    return TagFrame{picture.stamp, picture.camera, std::move(found->detections)};
+  };
+  Result<RecordedLap> lap =
+      read_lap(**log, find, finder != nullptr ? TagSource::Pictures : TagSource::AsRecorded, choice);
+  if (lap)
+    for (const auto* notes : {&lap->setup.chosen.notes, &lap->notes})
+      for (const std::string& note : *notes) control.note("note: " + note);
+  return lap;
+}
+
+}  // namespace waymark

@@ -1,0 +1,175 @@
+// What a recorded lap says of its robot, what a caller says instead, and what is missing.
+#include "waymark/app/common/lap_input.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/app/common/robot_setup.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+RobotDescription lap_robot() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
+
+/// A lap whose recording says everything.
+RecordedLap whole_lap() {
+  RecordedLap lap;
+  lap.setup.camera = lap_robot().camera;
+  lap.setup.base_T_cam = lap_robot().model.base_T_cam;
+  lap.setup.metadata[lap_facts::kMetadata] = {{lap_facts::kAnchor, "tag36h11:4"},
+                                              {lap_facts::kTagSize, "0.2"},
+                                              {lap_facts::kAnchorPose, "1 2 0.3 0 0 0 1"}};
+  return lap;
+}
+
+Error setup_error(const RecordedLap& lap, const SetupOverrides& overrides = {}) {
+  const auto setup = setup_of(lap, overrides);
+  EXPECT_FALSE(setup);
+  return setup ? Error{} : setup.error();
+}
+
+TEST(SetupOf, WhatTheRecordingSaysIsTaken) {
+  const auto setup = setup_of(whole_lap(), {});
+  ASSERT_TRUE(setup) << to_string(setup.error());
+  EXPECT_EQ(setup->anchor, (TagId{FamilyId::Tag36h11, 4}));
+  EXPECT_EQ(setup->sizes.default_size_m, 0.2);
+  EXPECT_EQ(setup->map_T_anchor.translation(), Eigen::Vector3d(1, 2, 0.3));
+  EXPECT_TRUE(setup->anchor_pose_given);
+}
+
+TEST(SetupOf, WhatTheCallerSaysCountsMore) {
+  const SE3 there(SO3::from_rpy(0, 0, 1), {5, 6, 7});
+  const auto setup =
+      setup_of(whole_lap(), {.anchor = "tag25h9:3", .map_T_anchor = there, .tag_size_m = 0.08});
+  ASSERT_TRUE(setup);
+  EXPECT_EQ(setup->anchor, (TagId{FamilyId::Tag25h9, 3}));
+  EXPECT_EQ(setup->sizes.default_size_m, 0.08);
+  EXPECT_EQ(setup->map_T_anchor.translation(), there.translation());
+}
+
+TEST(SetupOf, AnotherAnchorStandsAtTheOriginAndTheFloorPlacesTheMap) {
+  const auto other = setup_of(whole_lap(), {.anchor = "7"});
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->anchor, (TagId{FamilyId::Tag36h11, 7}));
+  EXPECT_FALSE(other->anchor_pose_given) << "the pose in the recording is that of tag 4";
+  EXPECT_EQ(other->map_T_anchor.translation(), Eigen::Vector3d::Zero());
+  const auto same = setup_of(whole_lap(), {.anchor = "4"});
+  ASSERT_TRUE(same);
+  EXPECT_TRUE(same->anchor_pose_given) << "the same tag by its number";
+}
+
+TEST(SetupOf, AnAnchorAtTheOriginIsUpright) {
+  const SE3 pose = anchor_at_origin();
+  EXPECT_LT((pose.rotation() * Eigen::Vector3d(0, -1, 0) - Eigen::Vector3d::UnitZ()).norm(), 1e-12)
+      << "up on the tag is up in the map";
+  EXPECT_LT((pose.rotation() * Eigen::Vector3d(0, 0, 1) - Eigen::Vector3d::UnitX()).norm(), 1e-12)
+      << "into the tag is ahead";
+}
+
+TEST(SetupOf, WhatIsMissingIsSaidWithTheFlagThatHelps) {
+  RecordedLap lap = whole_lap();
+  lap.setup.metadata[lap_facts::kMetadata].erase(lap_facts::kTagSize);
+  EXPECT_THAT(setup_error(lap).hint, HasSubstr("--tag-size-m"));
+  lap = whole_lap();
+  lap.setup.metadata.clear();
+  EXPECT_THAT(setup_error(lap, {.tag_size_m = 0.1}).hint, HasSubstr("--anchor"));
+  lap = whole_lap();
+  lap.setup.base_T_cam.reset();
+  EXPECT_THAT(setup_error(lap).hint, HasSubstr("--robot"));
+  lap.setup.chosen.mounting_error = Error{ErrorCode::NotFound, "no frame 'base'", {}, "Name it."};
+  EXPECT_THAT(setup_error(lap).message, HasSubstr("no frame 'base'"));
+  lap = whole_lap();
+  lap.setup.camera.reset();
+  lap.setup.problems.push_back({ErrorCode::Unreadable, "cut after 3 bytes", {}, {}});
+  EXPECT_THAT(setup_error(lap).message, HasSubstr("cut after 3 bytes")) << "it may have been cut too early";
+}
+
+TEST(SetupOf, FactsThatMakeNoSenseAreErrors) {
+  RecordedLap lap = whole_lap();
+  auto& facts = lap.setup.metadata[lap_facts::kMetadata];
+  for (const char* size : {"0", "-0.1", "nan", "large"}) {
+    facts[lap_facts::kTagSize] = size;
+    EXPECT_FALSE(setup_of(lap, {})) << size;
+  }
+  facts[lap_facts::kTagSize] = "0.16";
+  for (const char* pose : {"", "1 2 3", "1 2 3 0 0 0 0", "1 2 3 a 0 0 1", "1 2 3 0 0 0 1 5"}) {
+    facts[lap_facts::kAnchorPose] = pose;
+    EXPECT_FALSE(setup_of(lap, {})) << pose;
+  }
+  EXPECT_TRUE(setup_of(lap, {.map_T_anchor = SE3()})) << "a pose that is given makes up for it";
+  facts[lap_facts::kAnchor] = "tag99h1:0";
+  EXPECT_FALSE(setup_of(lap, {}));
+}
+
+TEST(SetupOf, TagsOfAnotherSizeAreAsTheRecordingOrTheCallerSays) {
+  const TagId small{FamilyId::Tag36h11, 5};
+  const TagId large{FamilyId::Tag36h11, 6};
+  RecordedLap lap = whole_lap();
+  auto& facts = lap.setup.metadata[lap_facts::kMetadata];
+  const TagSizes sizes{0.2, {{small, 0.12}, {large, 0.3}, {{FamilyId::Tag36h11, 7}, 0.2}}};
+  add_tag_sizes(sizes, facts);
+  EXPECT_EQ(facts[lap_facts::kTagSizes], "tag36h11:5=0.12 tag36h11:6=0.3") << "7 is as the others";
+  EXPECT_EQ(setup_of(lap, {})->sizes, (TagSizes{0.2, {{small, 0.12}, {large, 0.3}}}));
+  EXPECT_EQ(setup_of(lap, {.tag_size_m = 0.25, .size_by_tag_m = {{small, 0.1}}})->sizes,
+            (TagSizes{0.25, {{small, 0.1}, {large, 0.3}}}));
+  facts[lap_facts::kTagSizes] = "tag36h11:5=wide";
+  EXPECT_THAT(setup_error(lap).message, HasSubstr("tag_sizes_m"));
+}
+
+TEST(LapFacts, WorldAndRobotTravelInTheRecording) {
+  RecordedLap lap = whole_lap();
+  ASSERT_TRUE(true_world(lap));
+  EXPECT_FALSE(*true_world(lap)) << "nobody knew it";
+  EXPECT_FALSE(robot_yaml_of(lap));
+  lap.attachments[lap_facts::kWorldFile] = test::file_text(WAYMARK_SHARE "/worlds/circuit24.yaml");
+  lap.attachments[lap_facts::kRobotFile] = "name: limo\n";
+  EXPECT_EQ((*true_world(lap))->tags.tags.size(), 24U);
+  EXPECT_EQ(robot_yaml_of(lap), "name: limo\n");
+  lap.attachments[lap_facts::kWorldFile] = "name: [";
+  EXPECT_FALSE(true_world(lap)) << "a damaged world is an error, not an unknown one";
+}
+
+TEST(TagNamed, ANumberIsOfTheUsualFamily) {
+  EXPECT_EQ(tag_named("7").value(), (TagId{FamilyId::Tag36h11, 7}));
+  EXPECT_EQ(tag_named("tag25h9:3").value(), (TagId{FamilyId::Tag25h9, 3}));
+  for (const char* none : {"", "x", "-1", "tag36h11:", "tag36h11:9999", "tag36h12:3"})
+    EXPECT_FALSE(tag_named(none)) << none;
+}
+
+TEST(Disagreements, OnlyWhatIsFarEnoughApartIsSaid) {
+  const RobotDescription robot = lap_robot();
+  RecordingSetup setup{.camera = robot.camera, .base_T_cam = robot.model.base_T_cam};
+  EXPECT_THAT(disagreements(robot, setup), IsEmpty());
+  EXPECT_THAT(disagreements(robot, {}), IsEmpty()) << "a recording that says nothing";
+  setup.base_T_cam = robot.model.base_T_cam * SE3(SO3(), {0.004, 0, 0});
+  EXPECT_THAT(disagreements(robot, setup), IsEmpty()) << "a few millimetres are what rulers tell";
+  setup.base_T_cam = robot.model.base_T_cam * SE3(SO3(), {0.03, 0, 0});
+  ASSERT_EQ(disagreements(robot, setup).size(), 1U);
+  EXPECT_THAT(disagreements(robot, setup)[0], HasSubstr("3.0 cm"));
+  setup.camera =
+      CameraModel::make(PinholeRadtan{.fx = 300, .fy = 300, .cx = 160, .cy = 120}, 320, 240).value();
+  ASSERT_EQ(disagreements(robot, setup).size(), 2U);
+  EXPECT_THAT(disagreements(robot, setup)[1], HasSubstr("320 x 240"));
+}
+
+TEST(TakeRobot, TheFileIsTakenAndWhatDisagreesIsSaid) {
+  RecordingSetup setup;
+  setup.base_T_cam = SE3(SO3(), {9, 0, 0});
+  std::vector<std::string> warnings;
+  ASSERT_TRUE(take_robot("", setup, warnings));
+  EXPECT_EQ(setup.base_T_cam->translation().x(), 9) << "nothing is named, nothing changes";
+  ASSERT_TRUE(take_robot("limo", setup, warnings));
+  EXPECT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(setup.base_T_cam->translation(), lap_robot().model.base_T_cam.translation());
+  EXPECT_TRUE(setup.camera);
+  const Status typo = take_robot("limoo", setup, warnings);
+  ASSERT_FALSE(typo);
+  EXPECT_THAT(typo.error().hint, HasSubstr("limo"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/evaluation/recording_profile.hpp"
+#include "waymark/simulation/simulated_robot_options.hpp"
+
+/// What `waymark simulate --like` measures and prints.
+namespace waymark {
+
+/// Measures a recording of any kind. Fails when its speeds are not known.
+[[nodiscard]] Result<RecordingProfile> profile_of(const std::string& path, const JobControl& control);
+
+/// From the stamps of a camera's samples to their recording [s], the median of the topic that says most;
+/// nothing where the log time is the stamp, or no camera spoke.
+[[nodiscard]] std::optional<double> image_latency_of(const std::string& path, const JobControl& control);
+
+/// One line of the table: what the recording has, and what the simulation has.
+struct ProfileRow {
+  std::string key{};
+  std::string words{};
+  std::optional<double> recording{};
+  std::optional<double> simulation{};
+};
+[[nodiscard]] std::vector<ProfileRow> profile_table(const RecordingProfile& like,
+                                                    const RecordingProfile& made);
+/// What the recording says about the robot, in the simulator's words: rates, noises, latency, gaps.
+[[nodiscard]] SimulatedRobotOptions options_like(const RecordingProfile& profile,
+                                                 SimulatedRobotOptions options);
+[[nodiscard]] std::string to_text(const std::vector<ProfileRow>& rows);
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ProfileRow>& rows, const std::string& file);
+
+}  // namespace waymark

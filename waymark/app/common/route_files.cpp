@@ -1,0 +1,123 @@
+#include "waymark/app/common/route_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/app/common/shell_word.hpp"
+#include "waymark/base/suggest.hpp"
+#include "waymark/recording/log_formats.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kPrefix = "route-";
+
+/// The files that belong to one route of a map.
+constexpr std::array<std::pair<const char*, const char*>, 11> kOfRoute = {{{"route", ".yaml"},
+                                                                           {"route", ".svg"},
+                                                                           {"trajectory", ".txt"},
+                                                                           {"trajectory_covariance", ".csv"},
+                                                                           {"odometry", ".yaml"},
+                                                                           {"truth_trajectory", ".txt"},
+                                                                           {"summary", ".json"},
+                                                                           {"map", ".svg"},
+                                                                           {"before_after", ".svg"},
+                                                                           {"error", ".svg"},
+                                                                           {"tags_in_view", ".svg"}}};
+
+}  // namespace
+
+std::string file_name_for_route(const std::string& stem, const std::string& route,
+                                const std::string& suffix) {
+  return route.empty() ? stem + suffix : stem + "-" + route + suffix;
+}
+
+std::string route_file_name(const std::string& route) { return file_name_for_route("route", route, ".yaml"); }
+
+std::vector<std::string> route_names(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path& path = entry->path();
+    const std::string stem = path.stem().string();
+    const bool numbered = fs::path(stem).has_extension();
+    if (path.extension() == ".yaml" && stem.starts_with(kPrefix) && !numbered)
+      names.push_back(stem.substr(kPrefix.size()));
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+std::vector<std::string> files_of_route(const std::string& route) {
+  std::vector<std::string> names;
+  names.reserve(std::size(kOfRoute));
+  for (const auto& [stem, suffix] : kOfRoute) names.push_back(file_name_for_route(stem, route, suffix));
+  return names;
+}
+
+std::vector<std::string> files_of_map(const std::vector<std::string>& routes) {
+  std::vector<std::string> names = {"map.yaml", "poses.yaml", "camera_poses.yaml"};
+  for (const std::string& route : routes) {
+    const std::vector<std::string> of_route = files_of_route(route);
+    names.insert(names.end(), of_route.begin(), of_route.end());
+  }
+  return names;
+}
+
+Status check_route_name(const std::string& route, const char* flag) {
+  const auto allowed = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
+  };
+  if (!route.empty() && std::ranges::all_of(route, allowed)) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name for a route", route), {.key = flag},
+              "Use letters, digits, - and _.");
+}
+
+Status check_map_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder / "map.yaml", ignored)) return {};
+  const Place place{.source = folder.string()};
+  if (looks_like_recording(folder.string()))
+    return fail(ErrorCode::InvalidArgument, "this is a recording, not the folder of a map", place,
+                fmt::format("Map it first: waymark map {} -o map", shell_word(folder.string())));
+  if (fs::exists(folder / "map" / "map.yaml", ignored))
+    return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+                fmt::format("Did you mean {}?", (folder / "map").string()));
+  if (fs::is_regular_file(folder, ignored))
+    return fail(ErrorCode::InvalidArgument, "this is a file, not the folder of a map", place,
+                "Give the folder that `waymark map` wrote.");
+  if (!fs::is_directory(folder, ignored))
+    return fail(ErrorCode::NotFound, "there is no such folder", place,
+                "Record a lap (`waymark teach`) and map it (`waymark map`) first.");
+  return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+              "Map a recorded lap into it first: waymark map lap.mcap -o " + folder.string() + ".");
+}
+
+Status check_route_exists(const fs::path& folder, const std::string& route) {
+  std::error_code ignored;
+  if (fs::exists(folder / route_file_name(route), ignored)) return {};
+  const std::vector<std::string> names = route_names(folder);
+  const Place place{.source = folder.string(), .key = "--route"};
+  if (route.empty())
+    return fail(ErrorCode::NotFound, "the folder holds no route.yaml", {.source = folder.string()},
+                names.empty()
+                    ? "Map a recorded lap into it: waymark map lap.mcap -o " + shell_word(folder.string())
+                    : fmt::format("It has {}: give --route.", fmt::join(names, ", ")));
+  return fail(
+      ErrorCode::NotFound, fmt::format("this map has no route '{}'", route), place,
+      names.empty()
+          ? fmt::format("Besides the taught one it has none; `waymark map LAP --extend {0} "
+                        "--route-name {1}` adds a lap's, `waymark optimize {0} --name {1}` makes one.",
+                        shell_word(folder.string()), shell_word(route))
+          : suggestion(route, names));
+}
+
+}  // namespace waymark

@@ -1,0 +1,148 @@
+#include "waymark/app/common/route_files.hpp"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/app/common/figure_files.hpp"
+#include "waymark/app/common/stopwatch.hpp"
+#include "waymark/recording/compression.hpp"
+#include "waymark/recording/log_formats.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class RouteFiles : public ::testing::Test {
+ protected:
+  void touch(const std::string& name, std::string_view text = "x") const {
+    fs::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+  fs::path folder_ = testing::fresh_folder("jobs_route_files");
+};
+
+TEST_F(RouteFiles, NamesOfTheTaughtRouteAndOfOthers) {
+  EXPECT_EQ(route_file_name(""), "route.yaml");
+  EXPECT_EQ(route_file_name("kitchen"), "route-kitchen.yaml");
+  EXPECT_EQ(file_name_for_route("trajectory", "kitchen", ".txt"), "trajectory-kitchen.txt");
+  EXPECT_THAT(files_of_route("kitchen"), Contains("route-kitchen.yaml"));
+  const std::vector<std::string> all = files_of_map({"", "kitchen"});
+  EXPECT_THAT(all, Contains("map.yaml"));
+  EXPECT_THAT(all, Contains("summary.json"));
+  EXPECT_THAT(all, Contains("summary-kitchen.json"));
+  EXPECT_THAT(all, ::testing::Not(Contains("robot.yaml"))) << "the robot's file is not the map's";
+}
+
+TEST_F(RouteFiles, NamedRoutesAreListedInOrderWithoutThoseSetAside) {
+  for (const char* name :
+       {"route.yaml", "route-b.yaml", "route-a.yaml", "route-a.1.yaml", "route-c.svg", "my-route-d.yaml"})
+    touch(name);
+  EXPECT_THAT(route_names(folder_), ElementsAre("a", "b"));
+  EXPECT_THAT(route_names(folder_ / "none"), IsEmpty());
+}
+
+TEST_F(RouteFiles, ANameOfARouteIsPartOfAFileName) {
+  for (const char* good : {"a", "kitchen-2", "A_b"})
+    EXPECT_TRUE(check_route_name(good, "--route-name")) << good;
+  for (const char* bad : {"", "a b", "../x", "a.1", "ü", "a/b"}) {
+    const Status status = check_route_name(bad, "--route-name");
+    ASSERT_FALSE(status) << bad;
+    EXPECT_EQ(status.error().place.key, "--route-name");
+  }
+}
+
+TEST_F(RouteFiles, AFolderWithoutAMapIsToldApartFromOtherMistakes) {
+  const auto hint = [](const fs::path& path) {
+    const Status status = check_map_folder(path);
+    EXPECT_FALSE(status);
+    return status ? std::string() : to_string(status.error());
+  };
+  touch("map/map.yaml");
+  EXPECT_TRUE(check_map_folder(folder_ / "map"));
+  EXPECT_THAT(hint(folder_), HasSubstr("Did you mean")) << "the map is in a folder of it";
+  touch("lap.mcap", "\x89MCAP0\r\n");
+  EXPECT_THAT(hint(folder_ / "lap.mcap"), HasSubstr("waymark map"));
+  touch("words.txt");
+  EXPECT_THAT(hint(folder_ / "words.txt"), HasSubstr("this is a file"));
+  EXPECT_THAT(hint(folder_ / "none"), HasSubstr("no such folder"));
+  fs::create_directories(folder_ / "empty");
+  EXPECT_THAT(hint(folder_ / "empty"), HasSubstr("no map.yaml"));
+}
+
+TEST_F(RouteFiles, ARouteThatIsNotThereIsNamedWithThoseThatAre) {
+  const auto error = [&](const std::string& route) {
+    const Status status = check_route_exists(folder_, route);
+    EXPECT_FALSE(status) << route;
+    return status ? Error{} : status.error();
+  };
+  EXPECT_THAT(error("").hint, HasSubstr("waymark map"));
+  EXPECT_THAT(error("kitchen").hint, HasSubstr("--route-name kitchen"));
+  touch("route-kitchen.yaml");
+  EXPECT_TRUE(check_route_exists(folder_, "kitchen"));
+  EXPECT_THAT(error("").hint, HasSubstr("kitchen: give --route"));
+  EXPECT_THAT(error("kitchn").hint, HasSubstr("kitchen"));
+  EXPECT_EQ(error("kitchn").place.key, "--route");
+}
+
+TEST_F(RouteFiles, RecordingsAreToldByTheirFirstBytes) {
+  Bytes zstd;
+  ASSERT_TRUE(compress(Compression::Zstd, as_bytes("packed"), zstd));
+  const std::pair<const char*, std::string_view> recordings[] = {
+      {"a", "\x89MCAP0\r\n"},
+      {"b.txt", "#ROSBAG V2.0\n"},
+      {"c", std::string_view("SQLite format 3\0", 16)},
+      {"d", "BZh91AY"},
+      {"e", as_text(zstd)}};
+  for (const auto& [name, bytes] : recordings) {
+    touch(name, bytes);
+    EXPECT_TRUE(looks_like_recording((folder_ / name).string())) << name;
+  }
+  const std::pair<const char*, std::string_view> others[] = {
+      {"empty", ""}, {"short", "\x89"}, {"table.csv", "t_s,x_m\n"}, {"lap.mcap", "MCAP0"}};
+  for (const auto& [name, bytes] : others) {
+    touch(name, bytes);
+    EXPECT_FALSE(looks_like_recording((folder_ / name).string())) << name;
+  }
+  EXPECT_FALSE(looks_like_recording(folder_.string()));
+  EXPECT_FALSE(looks_like_recording("/dev/zero")) << "only regular files are read";
+  EXPECT_FALSE(looks_like_recording((folder_ / "none").string()));
+}
+
+TEST_F(RouteFiles, AFigureIsWrittenInEachFormThatIsAskedFor) {
+  plot::Figure figure{.title = "A figure"};
+  figure.series.push_back({.name = "line", .x = {0, 1, 2}, .y = {0, 1, 4}});
+  std::vector<std::string> files;
+  ASSERT_TRUE(write_figure(folder_ / "figure.svg", figure, {".svg", ".png", ".pdf"}, files));
+  EXPECT_EQ(files.size(), 3U);
+  EXPECT_THAT(test::file_text(folder_ / "figure.svg"), HasSubstr("<svg"));
+  const auto begins = [&](const char* name) {
+    std::string head(4, ' ');
+    std::ifstream(folder_ / name, std::ios::binary).read(head.data(), 4);
+    return head;
+  };
+  EXPECT_EQ(begins("figure.png"), "\x89PNG");
+  EXPECT_EQ(begins("figure.pdf"), "%PDF");
+  EXPECT_FALSE(write_figure(folder_ / "figure.svg", figure, {".gif"}, files));
+  const Status nowhere = write_figure(folder_ / "none" / "figure.svg", figure, {".svg"}, files);
+  ASSERT_FALSE(nowhere);
+  EXPECT_EQ(files.size(), 3U) << "what was not written is not listed";
+}
+
+TEST(StopwatchTest, TimeAndMemoryOnlyGrow) {
+  const Stopwatch watch;
+  const double first = watch.seconds();
+  EXPECT_GE(first, 0);
+  EXPECT_GE(watch.seconds(), first);
+  EXPECT_GT(peak_rss_mib(), 1);
+}
+
+}  // namespace
+}  // namespace waymark

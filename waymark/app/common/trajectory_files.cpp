@@ -1,0 +1,203 @@
+#include "waymark/app/common/trajectory_files.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/app/common/picture_files.hpp"
+#include "waymark/base/suggest.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/evaluation/csv.hpp"
+#include "waymark/recording/log_formats.hpp"
+#include "waymark/recording/logged_poses.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+namespace waymark {
+namespace {
+
+enum class FileKind : std::uint8_t { Recording, Table, Tum, Other };
+
+/// Also a bag folder.
+bool is_recording(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) || looks_like_recording(path);
+}
+
+/// The first line that says something.
+std::string_view first_line(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    if (line.find_first_not_of(" \t\r") != std::string_view::npos && line.front() != '#') return line;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return {};
+}
+
+FileKind kind_of(std::string_view text) {
+  const std::string_view line = first_line(text);
+  if (line.empty()) return FileKind::Other;
+  const char first = line.front();
+  if (std::isdigit(static_cast<unsigned char>(first)) != 0 || first == '-' || first == '+' || first == '.')
+    return FileKind::Tum;
+  return line.find(',') != std::string_view::npos ? FileKind::Table : FileKind::Other;
+}
+
+bool has_time(const CsvTable& table) { return table.column("t_s") || table.column("t_ns"); }
+
+Result<FloorPath> corners_of(const CsvTable& table, bool closed) {
+  const auto x = table.column("x_m");
+  const auto y = table.column("y_m");
+  if (!x || !y)
+    return fail(ErrorCode::Unreadable, "no columns x_m and y_m", {.source = table.source, .line = 1},
+                "A path is a CSV with these two; a trajectory has t_s as well.");
+  FloorPath path{.corners = {}, .closed = closed};
+  for (const CsvRow& row : table.rows) {
+    const Result<double> x_m = csv_number(table, row, *x);
+    const Result<double> y_m = csv_number(table, row, *y);
+    if (!x_m) return tl::unexpected(x_m.error());
+    if (!y_m) return tl::unexpected(y_m.error());
+    path.corners.emplace_back(*x_m, *y_m);
+  }
+  if (path.corners.size() < 2)
+    return fail(ErrorCode::Unreadable, "a path needs two corners or more", {.source = table.source});
+  return path;
+}
+
+Result<std::string> choose_topic(const MessageLog& log, const std::string& path, const std::string& asked,
+                                 const std::string& usual) {
+  const std::vector<std::string> topics = pose_topics(log);
+  const auto has = [&](const std::string& topic) { return std::ranges::find(topics, topic) != topics.end(); };
+  if (!asked.empty() && has(asked)) return asked;
+  if (!asked.empty())
+    return fail(ErrorCode::NotFound, fmt::format("no poses on topic '{}'", asked), {.source = path},
+                suggestion(asked, topics));
+  if (has(usual)) return usual;
+  if (topics.size() == 1) return topics.front();
+  if (topics.empty())
+    return fail(ErrorCode::NotFound, "no topic of poses", {.source = path},
+                "`waymark localize` makes a recording that has one; `waymark info` lists topics.");
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("several topics have poses: {}", fmt::join(topics, ", ")), {.source = path},
+              "Say which with --est-topic or --ref-topic.");
+}
+
+Result<EstimatedTrajectory> poses_of_log(const std::string& path, const std::string& asked,
+                                         const std::string& usual, const JobControl& control) {
+  const auto log = open_log(path, control.log_options());
+  if (!log) return tl::unexpected(log.error());
+  const Result<std::string> topic = choose_topic(**log, path, asked, usual);
+  if (!topic) return tl::unexpected(topic.error());
+  EstimatedTrajectory poses;
+  std::vector<LogProblem> problems;
+  const Status read = visit_poses(
+      **log, *topic, {},
+      [&](const EstimatedPose& pose) -> Status {
+        poses.push_back(pose);
+        return control.go_on();
+      },
+      problems);
+  if (!read) return tl::unexpected(read.error());
+  if (poses.empty())
+    return fail(ErrorCode::NotFound, fmt::format("no poses on topic '{}'", *topic), {.source = path});
+  std::ranges::stable_sort(poses, {}, &EstimatedPose::stamp);
+  return poses;
+}
+
+EstimatedTrajectory without_covariance(const Trajectory& trajectory) {
+  EstimatedTrajectory poses;
+  for (const StampedPose& pose : trajectory) poses.push_back({pose.stamp, pose.map_T_base, {}});
+  return poses;
+}
+
+Trajectory poses_alone(const EstimatedTrajectory& estimated) {
+  Trajectory trajectory;
+  for (const EstimatedPose& pose : estimated)
+    if (trajectory.empty() || trajectory.back().stamp < pose.stamp)
+      trajectory.push_back({pose.stamp, pose.map_T_base});
+  return trajectory;
+}
+
+Reference with_path(Trajectory timed) {
+  constexpr double kStepMetres = 0.01;
+  FloorPath path = floor_path(timed, kStepMetres);
+  return {.timed = std::move(timed), .path = std::move(path)};
+}
+
+Result<Reference> path_of_route(std::string_view text, const std::string& path, bool closed) {
+  const Result<Route> route = parse_route(text, path);
+  if (!route) return tl::unexpected(route.error());
+  Reference reference;
+  reference.path.closed = closed || route->closed;
+  for (const RoutePoint& point : route->points)
+    reference.path.corners.push_back(point.map_T_base.translation());
+  return reference;
+}
+
+Result<Reference> reference_of_log(const std::string& path, const std::string& topic,
+                                   const JobControl& control) {
+  const auto poses = poses_of_log(path, topic, topics::kTruth, control);
+  if (!poses) return tl::unexpected(poses.error());
+  return with_path(poses_alone(*poses));
+}
+
+}  // namespace
+
+Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
+                                          const JobControl& control) {
+  if (is_recording(path)) return poses_of_log(path, topic, topics::kEstimate, control);
+  const Result<std::string> text = read_text_file(path, kMostTextBytes);
+  if (!text) return tl::unexpected(text.error());
+  if (kind_of(*text) == FileKind::Table) return poses_of_log(path, topic, topics::kEstimate, control);
+  const Result<Trajectory> trajectory = parse_trajectory(*text, path);
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  if (trajectory->empty()) return fail(ErrorCode::NotFound, "no poses", {.source = path});
+  return without_covariance(*trajectory);
+}
+
+Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
+                                 const JobControl& control) {
+  if (is_recording(path)) return reference_of_log(path, topic, control);
+  const Result<std::string> text = read_text_file(path, kMostTextBytes);
+  if (!text) return tl::unexpected(text.error());
+  if (text->find_first_not_of(" \t\r\n") == std::string::npos)
+    return fail(ErrorCode::NotFound, "the file is empty", {.source = path});
+  const FileKind kind = kind_of(*text);
+  if (kind == FileKind::Other) return path_of_route(*text, path, closed);
+  if (kind == FileKind::Table) {
+    const Result<CsvTable> table = parse_csv(*text, path);
+    if (!table) return tl::unexpected(table.error());
+    if (has_time(*table)) return reference_of_log(path, topic, control);
+    Result<FloorPath> corners = corners_of(*table, closed);
+    if (!corners) return tl::unexpected(corners.error());
+    return Reference{{}, std::move(*corners)};
+  }
+  Result<Trajectory> trajectory = parse_trajectory(*text, path);
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  if (trajectory->empty()) return fail(ErrorCode::NotFound, "no poses", {.source = path});
+  return with_path(std::move(*trajectory));
+}
+
+Result<Motion> read_motion(const std::string& path, const JobControl& control) {
+  const auto log = open_log(path, control.log_options());
+  if (!log) return tl::unexpected(log.error());
+  Motion motion;
+  const Status read = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) motion.odometry.push_back(*odometry);
+    if (const auto* imu = std::get_if<ImuSample>(&sample)) motion.imu.push_back(*imu);
+    return control.go_on();
+  });
+  if (!read) return tl::unexpected(read.error());
+  if (motion.odometry.empty())
+    return fail(ErrorCode::NotFound, "the recording has no odometry", {.source = path});
+  std::ranges::stable_sort(motion.odometry, {}, &Odometry::stamp);
+  std::ranges::stable_sort(motion.imu, {}, &ImuSample::stamp);
+  return motion;
+}
+
+}  // namespace waymark

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/evaluation/path_scores.hpp"
+#include "waymark/samples/estimated_pose.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/trajectory.hpp"
+
+/// Trajectories and paths from whatever file has them.
+namespace waymark {
+
+/// An estimate from a recording of any kind (`topic`, else /waymark/pose, else its only topic of poses) or a
+/// TUM file, in order of time. Fails on a file that is neither, a topic that is not there, and no poses.
+[[nodiscard]] Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
+                                                        const JobControl& control = {});
+
+/// How well what was seen agreed with the estimate, as `waymark localize` notes it on /waymark/nis.
+struct NisSummary {
+  double mean = 0;  ///< of accepted observations, over their degrees of freedom; 1 when consistent
+  std::size_t observations = 0;  ///< accepted
+  std::size_t rejected = 0;
+};
+
+/// Of what EST was seen to agree with between two times; nothing when EST is no recording or has no such
+/// topic.
+[[nodiscard]] std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, SensorTime to,
+                                                 const JobControl& control = {});
+
+/// How many poses of EST stand on the topic of mere guesses, between two times.
+[[nodiscard]] std::size_t count_uncertain(const std::string& path, SensorTime from, SensorTime to,
+                                          const JobControl& control = {});
+
+/// What an estimate is held against.
+struct Reference {
+  Trajectory timed{};  ///< empty when only the path is known
+  FloorPath path{};
+};
+
+/// A reference from a recording (`topic`, else /truth/pose, else its only topic of poses), a TUM file, a
+/// route.yaml, or a CSV of corners with the columns x_m and y_m (a path without times; `closed`: back to its
+/// first corner).
+[[nodiscard]] Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
+                                               const JobControl& control = {});
+
+struct Motion {
+  std::vector<Odometry> odometry{};
+  std::vector<ImuSample> imu{};
+};
+
+/// The odometry and the gyro of a recording. Fails when it has no odometry.
+[[nodiscard]] Result<Motion> read_motion(const std::string& path, const JobControl& control = {});
+
+}  // namespace waymark

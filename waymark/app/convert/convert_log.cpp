@@ -1,0 +1,270 @@
+#include "waymark/app/convert/convert_log.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/robot_setup.hpp"
+#include "waymark/base/suggest.hpp"
+#include "waymark/recording/log_formats.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A moment of a recording: seconds after its first message, or "@…" seconds of its own clock [ns].
+Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* flag) {
+  const bool absolute = text.starts_with('@');
+  std::size_t used = 0;
+  double seconds = 0;
+  try {
+    seconds = std::stod(text.substr(absolute ? 1 : 0), &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  constexpr double kMost = 1e10;
+  const bool sound = used > 0 && used == text.size() - (absolute ? 1 : 0) && seconds >= 0 && seconds < kMost;
+  if (!sound)
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no moment", text), {.key = flag},
+                "Give seconds after the start (12.5), or of the recording's clock (@1713214583.5).");
+  return (absolute ? 0 : start_ns) + static_cast<std::uint64_t>(std::llround(seconds * 1e9));
+}
+
+Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
+  ExportOptions options{.kind = job.kind};
+  std::vector<std::string> known;
+  for (const LogChannel& channel : log.channels()) known.push_back(channel.topic);
+  for (const std::string& topic : job.topics) {
+    if (std::ranges::find(known, topic) == known.end())
+      return fail(ErrorCode::NotFound, fmt::format("the recording has no topic '{}'", topic),
+                  {.source = job.inputs.front()}, suggestion(topic, known));
+    options.selection.topics.insert(topic);
+  }
+  const std::uint64_t start = recording_start_ns(log);
+  if (!job.from.empty()) {
+    const auto from = moment(job.from, start, "--from");
+    if (!from) return tl::unexpected(from.error());
+    options.selection.from = *from;
+  }
+  if (!job.to.empty()) {
+    const auto to = moment(job.to, start, "--to");
+    if (!to) return tl::unexpected(to.error());
+    options.selection.to = *to;
+  }
+  const LogSelection& chosen = options.selection;
+  const auto end = log.summary().end;
+  if (chosen.to <= chosen.from || (end && chosen.from > *end))
+    return fail(
+        ErrorCode::InvalidArgument, "no time is left between --from and --to, or the recording ended before",
+        {.source = job.inputs.front(), .key = "--from"}, "`waymark info` shows when it begins and ends.");
+  return options;
+}
+
+/// The file, or the folder of a bag, is written beside its place and put there when it is whole.
+struct Output {
+  fs::path path;
+  fs::path beside;
+};
+
+Result<Output> output_of(const ConvertJob& job, const std::string& format) {
+  std::string name = job.output;
+  while (format == "rosbag2" && name.size() > 1 && name.ends_with('/')) name.pop_back();
+  Output out{.path = name, .beside = fmt::format("{}.{}.part", name, ::getpid())};
+  std::error_code ignored;
+  if (fs::is_directory(out.path, ignored))
+    return format == "rosbag2"
+               ? fail(ErrorCode::Unwritable, "this folder exists already", {.source = job.output},
+                      "A bag is a new folder: choose another name or remove it.")
+               : fail(ErrorCode::Unwritable, "this is a folder", {.source = job.output},
+                      "Give the name of a file.");
+  if (fs::exists(out.path, ignored) && !fs::is_regular_file(out.path, ignored))
+    return fail(ErrorCode::Unwritable, "this is a device or a pipe, and the output needs a file of its own",
+                {.source = job.output}, "Give the name of a file.");
+  const fs::path folder = out.path.parent_path();
+  if (format == "rosbag2" && !folder.empty() && fs::exists(folder / "metadata.yaml", ignored))
+    return fail(ErrorCode::Unwritable, "the folder that the bag would stand in is a bag itself",
+                {.source = job.output}, "Choose a name beside it.");
+  if (fs::exists(out.path, ignored))
+    return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
+                "A recording is never overwritten: choose another name or remove it.");
+  return out;
+}
+
+Result<std::string> format_of(const ConvertJob& job) {
+  const std::string name = job.format.empty() ? fs::path(job.output).extension().string() : "." + job.format;
+  if (name == ".mcap" || name == ".rosbag2" || name == ".tum" || name == ".csv") return name.substr(1);
+  return fail(ErrorCode::InvalidArgument,
+              name.size() < 2 ? "the name of the output says no format"
+                              : fmt::format("no format is called '{}'", name.substr(1)),
+              {.source = job.output},
+              "End the name in .mcap, .tum or .csv, or give --format; --format rosbag2 makes a folder.");
+}
+
+/// A table holds one kind of samples, everything else all of them.
+Status check_kind(const ConvertJob& job, const std::string& format) {
+  if (job.kind.empty() || format == "csv") return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on {}", job.kind, format),
+              {.key = "--kind"}, "It needs an output that ends in .csv; --topics chooses for the others.");
+}
+
+/// The layout of a bag; an option of bags without one is an error.
+Result<BagFormat> bag_format_of(const ConvertJob& job, const std::string& format) {
+  BagFormat bag;
+  const std::string& unused = job.ros_distro.empty() ? job.storage : job.ros_distro;
+  if (format != "rosbag2" && !unused.empty())
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on a .{}", unused, format),
+                {.key = job.ros_distro.empty() ? "--storage" : "--ros-distro"}, "It needs --format rosbag2.");
+  if (!job.ros_distro.empty() && job.ros_distro != "humble" && job.ros_distro != "jazzy")
+    return fail(ErrorCode::InvalidArgument, fmt::format("no layout of '{}' is known", job.ros_distro),
+                {.key = "--ros-distro"}, "humble serves up to Iron, jazzy from there on.");
+  if (!job.storage.empty() && job.storage != "sqlite3" && job.storage != "mcap")
+    return fail(ErrorCode::InvalidArgument, fmt::format("no storage is called '{}'", job.storage),
+                {.key = "--storage"}, "Known: sqlite3, mcap.");
+  if (job.ros_distro == "humble") bag = {BagRelease::Humble, BagStorage::Sqlite};
+  if (!job.storage.empty()) bag.storage = job.storage == "mcap" ? BagStorage::Mcap : BagStorage::Sqlite;
+  return bag;
+}
+
+std::map<std::string, std::string> provenance(const ConvertJob& job, const MessageLog& log) {
+  std::vector<std::string> names;
+  names.reserve(job.inputs.size());
+  for (const std::string& input : job.inputs) names.push_back(fs::path(input).filename().string());
+  return {{"verb", "convert"},
+          {"version", WAYMARK_VERSION},
+          {"source", fmt::format("{}", fmt::join(names, ", "))},
+          {"source_format", log.description()}};
+}
+
+Result<ExportReport> write_beside(const std::string& format, const BagFormat& bag, MessageLog& log,
+                                  const Output& out, const ExportOptions& options) {
+  if (format == "rosbag2") return export_rosbag2(log, out.beside, out.path.filename().string(), bag, options);
+  Result<std::unique_ptr<ByteSink>> sink = create_file(out.beside);
+  if (!sink) return tl::unexpected(sink.error());
+  return format == "mcap"  ? export_mcap(log, std::move(*sink), options)
+         : format == "tum" ? export_tum(log, std::move(*sink), options)
+                           : export_csv(log, std::move(*sink), options);
+}
+
+Result<ExportReport> write_out(const std::string& format, const BagFormat& bag, MessageLog& log,
+                               const Output& out, const ExportOptions& options) {
+  Result<ExportReport> report = write_beside(format, bag, log, out, options);
+  std::error_code error;
+  if (report) fs::rename(out.beside, out.path, error);
+  if (report && !error) return report;
+  std::error_code ignored;
+  fs::remove_all(out.beside, ignored);
+  // Nobody asked for the file beside it.
+  if (!report && report.error().place.source.starts_with(out.beside.string()))
+    report.error() = named_output(std::move(report.error()), out.path);
+  if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = out.path.string()});
+  return report;
+}
+
+/// Tables do not say what the camera is like.
+Status add_robot(const ConvertJob& job, const std::string& format, const MessageLog& log,
+                 ExportOptions& options) {
+  if (job.robot.empty()) return {};
+  if ((format != "mcap" && format != "rosbag2") || !gives_samples(log.format()))
+    return fail(
+        ErrorCode::InvalidArgument,
+        "a robot's camera is added where tables or LCM logs become MCAP; what ROS recorded passes as it is",
+        {.key = "--robot"}, "Leave it out, and give it to `waymark map` or `waymark localize`.");
+  RecordingSetup setup;
+  std::vector<std::string> ignored;
+  if (Status status = take_robot(job.robot, setup, ignored); !status) return status;
+  options.camera = setup.camera;
+  options.base_T_cam = setup.base_T_cam;
+  return {};
+}
+
+/// What cannot be read or written is no mistake in the job.
+Error about_files(Error error) {
+  if (error.code == ErrorCode::InvalidArgument) error.code = ErrorCode::Unreadable;
+  return error;
+}
+
+}  // namespace
+
+Status check_no_recording(const GivenFlags& given) {
+  FlagRefusals refused(given);
+  refused.flags(true, {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"},
+                "this is about recordings, and the input is none", "Leave it out.");
+  return refused.status();
+}
+
+ConvertJob described_convert(const ConvertWords& words) {
+  ConvertJob job = words.job;
+  job.inputs = {words.first};
+  job.inputs.insert(job.inputs.end(), words.rest.begin(), words.rest.end() - 1);
+  job.output = words.rest.back();
+  return job;
+}
+
+Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control) {
+  const Result<std::string> format = format_of(job);
+  if (format) {
+    if (Status status = check_kind(job, *format); !status) return tl::unexpected(status.error());
+  }
+  const Result<BagFormat> bag = format ? bag_format_of(job, *format) : tl::unexpected(format.error());
+  const Result<Output> out = bag ? output_of(job, *format) : tl::unexpected(bag.error());
+  if (!out) return tl::unexpected(out.error());
+  const auto latency = Duration(std::llround(job.tag_latency_s * 1e9));
+  const Result<std::unique_ptr<MessageLog>> log =
+      open_logs(job.inputs, control.log_options({.mbot_tag_latency = latency}));
+  if (!log) return tl::unexpected(about_files(log.error()));
+  Result<ExportOptions> options = export_options(job, **log);
+  if (!options) return tl::unexpected(options.error());
+  options->metadata["waymark_convert"] = provenance(job, **log);
+  if (Status status = add_robot(job, *format, **log, *options); !status)
+    return tl::unexpected(status.error());
+  options->progress = [&](double done) -> Status {
+    control.progress({fmt::format("{} {:.0f} %", job.output, 100 * done)});
+    return control.cancelled() ? Status(fail(ErrorCode::Unwritable, "stopped: nothing was written"))
+                               : Status{};
+  };
+  Result<ExportReport> report = write_out(*format, *bag, **log, *out, *options);
+  if (!report) return tl::unexpected(about_files(report.error()));
+  return ConvertReport{.format = *format,
+                       .input_format = (*log)->format(),
+                       .input_description = (*log)->description(),
+                       .exported = std::move(*report)};
+}
+
+nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& report) {
+  nlohmann::ordered_json problems = nlohmann::ordered_json::array();
+  for (const LogProblem& problem : report.exported.problems) {
+    problems.push_back({{"kind", problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
+                        {"key", problem.key},
+                        {"count", problem.count},
+                        {"words", to_string(problem.error)}});
+  }
+  nlohmann::ordered_json inputs = job.inputs;
+  return {{"input", job.inputs.size() == 1 ? inputs.front() : inputs},
+          {"input_format", to_string(report.input_format)},
+          {"output", job.output},
+          {"output_format", report.format},
+          {"messages", report.exported.messages},
+          {"topics", report.exported.by_topic},
+          {"problems", std::move(problems)}};
+}
+
+std::string to_text(const ConvertJob& job, const ConvertReport& report) {
+  std::string text = fmt::format(
+      "{} ({}) to {}: {} {}\n", fmt::join(job.inputs, ", "), report.input_description, job.output,
+      report.exported.messages, report.format == "mcap" || report.format == "rosbag2" ? "messages" : "lines");
+  for (const auto& [topic, count] : report.exported.by_topic)
+    text += fmt::format("  {:<32} {:>9}\n", topic, count);
+  return text;
+}
+
+}  // namespace waymark

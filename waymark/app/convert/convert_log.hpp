@@ -1,0 +1,104 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/recording/export_log.hpp"
+
+/// `waymark convert`: a recording of any format as MCAP, a bag of rosbag2, TUM or CSV.
+namespace waymark {
+
+struct ConvertJob {
+  std::vector<std::string> inputs{};  ///< of one drive: merged in the order of their stamps
+  std::string output{};               ///< new file; of rosbag2 a new folder
+  std::string format{};               ///< mcap, rosbag2, tum or csv; empty: as the output's name ends
+  std::string ros_distro{};           ///< of rosbag2: humble or jazzy; empty: jazzy
+  std::string storage{};              ///< of rosbag2: sqlite3 or mcap; empty: as the release by itself
+  std::vector<std::string> topics{};  ///< only these; empty: all
+  std::string from{};  ///< seconds after the start, or @ seconds of the recording's clock; empty: all
+  std::string to{};
+  std::string kind{};            ///< what a .csv holds: detections, odometry, imu, range-bearing
+  std::string robot{};           ///< file or name with a camera, for tables and LCM logs that become MCAP
+  double tag_latency_s = 0.065;  ///< how long before its stamp an MBot's picture was taken
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.format,
+          JobField("format NAME",
+                   "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT"));
+    visit(self.ros_distro,
+          JobField("ros_distro NAME",
+                   "Release of ROS 2 whose layout --format rosbag2 writes: humble or jazzy (jazzy)"));
+    visit(self.storage,
+          JobField("storage NAME",
+                   "Storage of --format rosbag2: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
+    visit(self.topics,
+          JobField("topics A,B", "Only these topics, with commas between them").also("topic").by_commas());
+    visit(
+        self.from,
+        JobField("from T", "Begin of the interval [s]: after the start, or with @ on the recording's clock"));
+    visit(self.to,
+          JobField("to T", "End of the interval [s]: after the start, or with @ on the recording's clock"));
+    visit(self.kind,
+          JobField("kind NAME", "Content of a .csv file: detections, odometry, imu or range-bearing")
+              .one_of("detections,odometry,imu,range-bearing"));
+    visit(
+        self.robot,
+        JobField(
+            "robot FILE",
+            "Camera and its mounting for tables and LCM logs that become .mcap: a robot's file, or a name"));
+    visit(
+        self.tag_latency_s,
+        JobField("tag_latency_s S",
+                 "Camera latency of an MBot: time from the exposure to the stamp of a picture [s] (LCM logs)",
+                 0.0, 10.0));
+  }
+};
+
+/// What a user says of a conversion: several recordings, and then the output.
+struct ConvertWords {
+  std::string first{};
+  std::vector<std::string> rest{};  ///< further inputs, then the output
+  ConvertJob job{};                 ///< but inputs and output
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.first, JobField("first IN",
+                               "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; a "
+                               "video; or a live camera")
+                          .input()
+                          .required());
+    visit(self.rest,
+          JobField("rest OUT",
+                   "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further "
+                   "recordings of the same drive, which are merged in the order of their stamps")
+              .input()
+              .required());
+    ConvertJob::fields(self.job, visit);
+  }
+};
+/// The job with inputs and output.
+[[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
+
+/// Fails on flags about recordings, where the input is none.
+[[nodiscard]] Status check_no_recording(const GivenFlags& given);
+
+struct ConvertReport {
+  std::string format{};  ///< of the output
+  LogFormat input_format = LogFormat::Mcap;
+  std::string input_description{};
+  ExportReport exported{};
+};
+
+/// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
+[[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
+/// What was written: messages by topic.
+[[nodiscard]] std::string to_text(const ConvertJob& job, const ConvertReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& report);
+
+}  // namespace waymark

@@ -1,0 +1,178 @@
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+
+#include "waymark/app/cli/console.hpp"
+#include "waymark/app/cli/detector_flags.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/pose_flags.hpp"
+#include "waymark/app/common/convert_video.hpp"
+#include "waymark/app/convert/convert_log.hpp"
+#include "waymark/app/convert/record_camera.hpp"
+#include "waymark/app/live/camera_address.hpp"
+#include "waymark/media/video_format.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// The flags of `waymark convert` that are about videos: camera, tag size, detector, --pictures. Must stay
+/// where it is while the command line is parsed.
+class ConvertVideoFlags {
+ public:
+  explicit ConvertVideoFlags(CLI::App& verb);
+
+  /// Fails where one of them was given: the input is no video.
+  [[nodiscard]] Status check_unused() const;
+  /// Writes the tags of a video to a recording, and says what became of it.
+  [[nodiscard]] ExitCode convert(const std::string& input, const std::string& output, bool json,
+                                 Console& console) const;
+  /// The same of a live camera, until --duration-s is over or Ctrl-C.
+  [[nodiscard]] ExitCode record(const std::string& address, const std::string& output, bool json,
+                                Console& console) const;
+
+ private:
+  /// The job by the flags, and the detector.
+  struct Prepared {
+    ConvertVideoJob job{};
+    TagFinder finder{};
+  };
+  [[nodiscard]] Result<Prepared> prepare(const std::string& input, const std::string& output) const;
+
+  const CLI::App& app_;
+  Settings settings_;
+  PoseFlags poses_;
+  DetectorFlags detector_;
+  std::string pictures_;
+  double duration_s_ = 0;
+};
+
+ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
+    : app_(verb), settings_(verb), poses_(verb), detector_(settings_, kMoreGroup) {
+  add_option(verb, "--pictures NAME", pictures_,
+             "Format in which the pictures of a video or a camera are kept: jpeg or raw",
+             one_of({"jpeg", "raw"}));
+  add_option(verb, "--duration-s FLOAT", duration_s_,
+             "Time for which a live camera is recorded; 0: until Ctrl-C", between(0.0, 1e7));
+}
+
+Status ConvertVideoFlags::check_unused() const {
+  const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
+  const char* hint = "Leave it out, or give one video.";
+  Refusals refused(app_);
+  refused.flags(true, {"--pictures"}, why, hint);
+  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.all(true, poses_, why, hint);
+  refused.all(true, detector_, why, hint);
+  return refused.status();
+}
+
+Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string& input,
+                                                               const std::string& output) const {
+  if (const Status used = check_no_recording(given_on(app_)); !used) return tl::unexpected(used.error());
+  const auto poses = poses_.make();
+  if (!poses) return tl::unexpected(naming_flag(poses.error()));
+  auto finder = detector_.make();
+  if (!finder) return tl::unexpected(naming_flag(finder.error()));
+  Prepared prepared{{.input = input, .output = output, .pictures = pictures_}, std::move(*finder)};
+  if (*poses) {
+    prepared.job.camera = (*poses)->camera;
+    prepared.job.sizes = (*poses)->sizes;
+  }
+  return prepared;
+}
+
+ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
+                                    Console& console) const {
+  Refusals refused(app_);
+  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  const auto prepared = refused.status() ? prepare(input, output) : tl::unexpected(refused.status().error());
+  if (!prepared) return fail_with(prepared.error(), console);
+  const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));
+  if (!found) return fail_by_kind(found.error(), console);
+  for (const VideoProblem& problem : found->problems)
+    console.say(fmt::format("note: {}{}", to_string(problem.error),
+                            problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
+  console.print(json ? json_line(to_json(prepared->job, *found)) : to_text(prepared->job, *found));
+  return ExitCode::Ok;
+}
+
+ExitCode ConvertVideoFlags::record(const std::string& address, const std::string& output, bool json,
+                                   Console& console) const {
+  const auto prepared = prepare(address, output);
+  if (!prepared) return fail_with(prepared.error(), console);
+  const auto report = record_camera(prepared->job, duration_s_, prepared->finder, control_from(console));
+  if (!report) return fail_by_kind(report.error(), console);
+  console.print(json ? json_line(to_json(prepared->job, *report)) : to_text(prepared->job, *report));
+  return report->end.stopped ? ExitCode::Interrupted : ExitCode::Ok;
+}
+
+struct ConvertArgs : ConvertWords {
+  explicit ConvertArgs(CLI::App& app) : video(app) {
+    add_fields(app, static_cast<ConvertWords&>(*this));
+    add_flag(app, "--json", json, "One JSON object instead of words");
+  }
+
+  bool json = false;
+  ConvertVideoFlags video;
+};
+
+void say_problems(const std::vector<LogProblem>& problems, Console& console) {
+  std::vector<std::string> lines;
+  for (const LogProblem& problem : problems) {
+    const char* kind = problem.kind == LogProblem::Kind::Damage ? "damage" : "note";
+    lines.push_back(fmt::format("{}: {}", kind, to_string(problem)));
+  }
+  console.say_first(lines, "--json gives all");
+}
+
+ExitCode convert(const ConvertArgs& args, Console& console) {
+  const ConvertJob job = described_convert(args);
+  if (job.inputs.size() == 1 && is_camera_address(args.first))
+    return args.video.record(args.first, job.output, args.json, console);
+  if (job.inputs.size() == 1 && looks_like_video(args.first))
+    return args.video.convert(args.first, job.output, args.json, console);
+  if (const Status unused = args.video.check_unused(); !unused) return fail_usage(unused.error(), console);
+  const Result<ConvertReport> report = convert_log(job, control_from(console));
+  if (!report && report.error().code == ErrorCode::InvalidArgument)
+    return fail_usage(report.error(), console);
+  if (!report) return console.failed(naming_flag(report.error()), exit_code_of(report.error()));
+  console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
+  if (!args.json) say_problems(report->exported.problems, console);
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb convert_verb() {
+  return {
+      .name = "convert",
+      .sentence = "Write a recording of any format as MCAP, rosbag2, TUM or CSV",
+      .help =
+          R"(Reads MCAP, rosbag2 (.db3 or a bag folder, split or not), ROS 1 bags, LCM event logs of an MBot and CSV tables, each
+also packed with bzip2, gzip or zstd. What a file is, its content tells. Damage and traps (units, orders, stamps) are
+handled and said (docs/formats/importing.md). OUT appears only when it is whole.
+
+  .mcap   ROS 2 messages pass as they are; those of ROS 1 are rewritten; LCM and CSV become our messages
+  .tum    poses of one topic: timestamp [s] tx ty tz [m] qx qy qz qw
+  .csv    detections, odometry, imu or range-bearing, units in the names of the columns
+  folder  of a bag for `ros2 bag play`, with --format rosbag2
+
+Of a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0) the tags of every picture are found and written to .mcap, with
+times since its first picture or since 1970; with --camera and --tag-size-m also the calibration and the size, with --pictures the pictures.
+
+Exit code: 0 written, 1 not readable or not writable, 2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark convert lap.mcap path.tum --topics /odom
+  waymark convert lap.mcap seen.csv --kind detections --from 2 --to 10
+  waymark convert lap.mcap lap_bag --format rosbag2 --ros-distro humble
+  waymark convert walk.mp4 walk.mcap --camera calibration.yaml --tag-size-m 0.165 --pictures jpeg
+  waymark convert v4l2:/dev/video0 desk.mcap --duration-s 10 --pictures jpeg
+  waymark convert detections.csv odometry.csv imu.csv lap.mcap --robot limo
+)",
+      .prepare = prepared(convert)};
+}
+
+}  // namespace waymark::cli

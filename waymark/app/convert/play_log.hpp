@@ -1,0 +1,91 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark {
+
+/// A part of a recording.
+struct LogPart {
+  std::vector<std::string> topics{};  ///< empty: all
+  double from_s = 0;                  ///< after the first message
+  double to_s = std::numeric_limits<double>::infinity();
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.topics,
+          JobField("topics TOPIC,…", "Only these topics, with commas between them. Unless given: all")
+              .by_commas());
+    visit(self.from_s,
+          JobField("from SECONDS", "Begin this many seconds after the first message").usually("0"));
+    visit(self.to_s,
+          JobField("to SECONDS", "End this many seconds after the first message. Unless given: with the file")
+              .without_usual());
+  }
+};
+/// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no
+/// sense or lie behind its end.
+[[nodiscard]] Result<LogSelection> select_part(MessageLog& log, const LogPart& part);
+
+struct PlayOptions {
+  double speed = 1;       ///< as recorded; 0: without waiting
+  bool messages = false;  ///< as they lie in the file, instead of samples
+  bool json = false;      ///< one object a line instead of words
+};
+
+/// What a user says of a recording that is played.
+struct PlayWords {
+  std::string file{};
+  LogPart part{};
+  PlayOptions options{};
+  bool ros2 = false;      ///< published on the network of ROS 2, instead of lines ...
+  bool commands = false;  ///< ... also velocity commands
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    LogPart::fields(self.part, visit);
+    visit(self.file,
+          JobField("file FILE",
+                   "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
+              .input()
+              .required());
+    visit(self.options.speed,
+          JobField("speed NUMBER", "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting"));
+    visit(
+        self.options.messages,
+        JobField("messages", "All messages as they lie in the file (topic, type, size) instead of samples"));
+    visit(
+        self.ros2,
+        JobField(
+            "ros2",
+            "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)"));
+    visit(
+        self.commands,
+        JobField(
+            "commands",
+            "With --ros2: also publish recorded velocity commands, which move a robot that listens to them"));
+    visit(self.options.json, JobField("json", "One JSON object a line instead of words"));
+  }
+};
+
+/// Fails on a speed that is none, and on flags that have no effect.
+[[nodiscard]] Status check_effects(const PlayWords& words, const GivenFlags& given);
+
+/// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
+/// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).
+[[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
+                              const std::function<bool(const std::string&)>& on_line,
+                              const std::function<bool()>& cancelled);
+
+/// The same with the messages themselves.
+[[nodiscard]] Status play_messages(MessageLog& log, const LogSelection& selection, double speed,
+                                   const MessageLog::Visitor& on_message,
+                                   const std::function<bool()>& cancelled);
+
+}  // namespace waymark

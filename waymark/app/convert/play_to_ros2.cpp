@@ -1,0 +1,67 @@
+#include "waymark/app/convert/play_to_ros2.hpp"
+
+#include <optional>
+#include <utility>
+
+#include "waymark/app/convert/play_log.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/ros_environment.hpp"
+#include "waymark/robots/ros2/log_publisher.hpp"
+#include "waymark/robots/ros2/topic_tools.hpp"
+#include "waymark/robots/ros2/zero_guard.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+void note_rest(const LogPublisher& publisher, const JobControl& control) {
+  for (const std::string& topic : publisher.left_out())
+    control.note(topic +
+                 " was left out: velocity commands move a robot that listens. --commands publishes them");
+  for (const std::string& topic : publisher.passed_over())
+    control.note(topic + " was passed over: not of ROS");
+}
+
+}  // namespace
+
+Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection, const Ros2PlayOptions& options,
+                        const JobControl& control) {
+  constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
+  constexpr Duration kLookAgain = std::chrono::seconds(1);
+  BusOptions network;
+  if (Status known = apply_ros_environment(network, process_environment()); !known) return {.status = known};
+  std::optional<ZeroGuard> guard;
+  if (options.commands) {
+    auto started = ZeroGuard::start(network, control.note);
+    if (!started) return {.status = tl::unexpected(started.error())};
+    guard.emplace(std::move(*started));
+  }
+  const auto bus = open_bus(network);
+  if (!bus) return {.status = tl::unexpected(bus.error())};
+  wait_for_discovery(**bus, kDiscovery, control.cancelled);
+  std::vector<LogChannel> channels = log.channels();
+  std::erase_if(channels, [&](const LogChannel& one) { return !selection.takes(one.topic); });
+  if (Status alone = nobody_publishes(channels, options.commands, **bus); !alone) return {.status = alone};
+  LogPublisher publisher(**bus, options.commands, [&](const BusTopic& topic) {
+    if (guard) guard->guard(topic);
+  });
+  const auto say = [&] {
+    for (const std::string& words : publisher.take_words()) control.note(words);
+  };
+  Duration next_look{};
+  const auto publish = [&](const LogChannel& channel, const LogMessage& message) {
+    Status status = publisher.publish(channel, message);
+    if (steady_now() < next_look) return status;
+    next_look = steady_now() + kLookAgain;
+    say();
+    return status;
+  };
+  Status status = publisher.publish_kept(log, selection);
+  if (status) status = play_messages(log, selection, options.speed, publish, control.cancelled);
+  const Status stopped = publisher.stop();
+  say();
+  note_rest(publisher, control);
+  return {.status = status ? stopped : status, .published = publisher.published()};
+}
+
+}  // namespace waymark

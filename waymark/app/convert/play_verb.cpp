@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/convert/play_log.hpp"
+#include "waymark/app/convert/play_to_ros2.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct PlayArgs : PlayWords {
+  explicit PlayArgs(CLI::App& verb) : app(verb) { add_fields(verb, static_cast<PlayWords&>(*this)); }
+
+  const CLI::App& app;
+};
+
+Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
+  const Ros2Played played = play_to_ros2(
+      log, selection, {.speed = args.options.speed, .commands = args.commands}, control_from(console));
+  if (played.status || played.published > 0)
+    console.print(fmt::format("{} messages published\n", played.published));
+  return played.status;
+}
+
+ExitCode play(const PlayArgs& args, Console& console) {
+  if (Status status = check_effects(args, given_on(args.app)); !status)
+    return console.failed(status.error(), ExitCode::Usage);
+  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
+  if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
+  const Result<LogSelection> selection = select_part(**log, args.part);
+  if (!selection) return console.failed(selection.error(), ExitCode::Usage);
+  const auto print = [&](const std::string& line) {
+    console.print(line);
+    return !console.output_ended();
+  };
+  const Status status = args.ros2 ? publish(args, **log, *selection, console)
+                                  : play_log(**log, *selection, args.options, print, interrupted);
+  std::vector<std::string> problems;
+  bool damaged = false;
+  for (const LogProblem& problem : (*log)->problems()) {
+    problems.push_back(to_string(problem.error));
+    damaged = damaged || problem.kind == LogProblem::Kind::Damage;
+  }
+  console.say_first(problems, "`waymark info --json` gives all");
+  if (interrupted()) return ExitCode::Interrupted;
+  if (!status && !console.output_ended()) return fail_with(status.error(), console);
+  return damaged ? ExitCode::SomeFailed : ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb play_verb() {
+  return {
+      .name = "play",
+      .sentence = "Print the samples of a recording at their times",
+      .help =
+          R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
+commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).
+Keys of --json: docs/reference/cli.md. With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands
+is given, and zero follows them at the end, by a second process also where this one is killed; they go out as the one of
+both types that is subscribed. A topic that another program publishes is refused.
+
+Exit code: 0 played to the end, 1 not a recording, not readable or damaged (what is sound is played), 2 wrong usage,
+130 stopped by Ctrl-C.
+
+Examples:
+  waymark play lap.mcap
+  waymark play lap.mcap --speed 0 --from 10 --to 12 --topics /odom,/tag_detections
+  waymark play lap.mcap --speed 0 --json
+  waymark play lap.mcap --ros2
+)",
+      .prepare = prepared(play)};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/convert_video.hpp"
+#include "waymark/app/live/camera_watch.hpp"
+
+namespace waymark {
+
+struct RecordCameraReport {
+  std::string description{};  ///< of the camera
+  CameraWatchEnd end{};
+};
+
+/// `waymark convert v4l2:… lap.mcap`: writes the tags of a live camera, and pictures that are asked for, to
+/// the job's output until the time is over (0: never) or the control cancels it. Errors: as convert_video().
+[[nodiscard]] Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double duration_s,
+                                                       const TagFinder& finder, const JobControl& control);
+[[nodiscard]] std::string to_text(const ConvertVideoJob& job, const RecordCameraReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const ConvertVideoJob& job, const RecordCameraReport& report);
+
+}  // namespace waymark

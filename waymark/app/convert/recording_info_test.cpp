@@ -1,0 +1,189 @@
+// What is said of a recording, whole or damaged, and what can be recovered of it.
+#include "waymark/app/convert/recording_info.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/app/convert/info_text.hpp"
+#include "waymark/app/convert/recover_log.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+const std::string& short_lap() {
+  static const std::string file =
+      test::record_lap(testing::fresh_folder("jobs_info_lap") / "my lap.mcap", 15, {.for_s = 4});
+  return file;
+}
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The first so many bytes of the lap, in a file of its own.
+std::string cut_lap(const fs::path& folder, double share) {
+  const std::string bytes = bytes_of(short_lap());
+  const fs::path file = folder / "cut.mcap";
+  std::ofstream(file, std::ios::binary)
+      << bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())));
+  return file.string();
+}
+
+TEST(RecordingInfo, CountsAddUpAndAgreeWithTheQuickLook) {
+  const auto info = look_at(short_lap(), false, {});
+  const auto quick = look_at(short_lap(), true, {});
+  ASSERT_TRUE(info && quick) << to_string(info.error());
+  std::uint64_t sum = 0;
+  for (const TopicReport& topic : info->report.topics) sum += topic.messages;
+  EXPECT_EQ(sum, info->report.messages);
+  EXPECT_EQ(quick->report.messages, info->report.messages);
+  EXPECT_NEAR(quick->report.duration_s, info->report.duration_s, 1e-6);
+  EXPECT_NEAR(info->report.duration_s, 4, 0.2);
+  EXPECT_THAT(info->problems, IsEmpty());
+  EXPECT_EQ(info->attachments.size(), 2U);
+  EXPECT_TRUE(info->summary.complete);
+  ASSERT_TRUE(info->setup.camera);
+  const Eigen::Vector3d ahead(0.2, -0.1, 1);
+  EXPECT_LT((*info->setup.camera->project(ahead) - *test::limo().camera.project(ahead)).norm(), 1e-9);
+}
+
+TEST(RecordingInfo, ItsTextAndItsJsonSayTheSame) {
+  const auto info = look_at(short_lap(), false, {});
+  ASSERT_TRUE(info);
+  const std::string text = to_text(*info);
+  const auto json = to_json(*info);
+  EXPECT_EQ(json["file"], short_lap());
+  EXPECT_EQ(json["messages"], info->report.messages);
+  EXPECT_THAT(text, HasSubstr(std::to_string(info->report.messages) + " messages in "));
+  for (const auto& topic : json["topics"]) {
+    EXPECT_THAT(text, HasSubstr(topic["topic"].get<std::string>()));
+    EXPECT_TRUE(topic.contains("gaps"));
+  }
+  EXPECT_THAT(text, AllOf(HasSubstr("metadata waymark\n  anchor: tag36h11:0"),
+                          HasSubstr("robot.yaml (application/yaml")));
+  EXPECT_THAT(text, HasSubstr("'" + short_lap() + "'")) << "commands quote a name with a space";
+  EXPECT_EQ(json["next"].size(), next_steps(*info).size());
+  EXPECT_THAT(text, HasSubstr("s on the robot's clock")) << "a simulated lap begins at its own zero";
+}
+
+TEST(RecordingInfo, AQuickLookSaysNothingOfStamps) {
+  const auto quick = look_at(short_lap(), true, {});
+  ASSERT_TRUE(quick);
+  EXPECT_FALSE(to_json(*quick)["topics"][0].contains("gaps"));
+  EXPECT_THAT(to_text(*quick), Not(HasSubstr("\nstamps\n")));
+}
+
+TEST(RecordingInfo, ACalendarClockIsToldAsADate) {
+  RecordingInfo info{.file = "a.mcap"};
+  info.report.start_ns = 1'700'000'000'000'000'000;
+  EXPECT_THAT(to_text(info), HasSubstr("start       2023-11-14 22:13:20 UTC"));
+  info.report.start_ns = 12'345'000'000;
+  EXPECT_THAT(to_text(info), HasSubstr("start       12.345 s on the robot's clock"));
+}
+
+TEST(RecordingInfo, ProgressIsToldAndCancellingTellsWhatWasCounted) {
+  int told = 0;
+  JobControl control;
+  control.progress = [&](const JobProgress& now) {
+    EXPECT_THAT(now.words, HasSubstr("my lap.mcap: "));
+    ++told;
+  };
+  const auto whole = look_at(short_lap(), false, control);
+  ASSERT_TRUE(whole);
+  EXPECT_GT(told, 2);
+  const int all = told;
+  told = 0;
+  control.cancelled = [&] { return told > all / 2; };
+  const auto part = look_at(short_lap(), false, control);
+  ASSERT_TRUE(part) << to_string(part.error());
+  EXPECT_LT(part->report.messages, whole->report.messages);
+  EXPECT_GT(part->report.messages, 0U);
+}
+
+TEST(RecordingInfo, WhatIsNoRecordingIsAnErrorWithItsPlace) {
+  const fs::path folder = testing::fresh_folder("jobs_info_none");
+  const auto missing = look_at("/nowhere/lap.mcap", false, {});
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().place.source, "/nowhere/lap.mcap");
+  std::ofstream(folder / "text.mcap") << "this is no recording";
+  const auto text = look_at((folder / "text.mcap").string(), false, {});
+  ASSERT_FALSE(text);
+  EXPECT_THAT(to_string(text.error()), HasSubstr("text.mcap"));
+  EXPECT_FALSE(look_at(folder.string(), false, {}));
+}
+
+TEST(RecordingInfo, ADamagedFileIsToldAsFarAsItGoes) {
+  const fs::path folder = testing::fresh_folder("jobs_info_cut");
+  const auto info = look_at(cut_lap(folder, 0.6), false, {});
+  ASSERT_TRUE(info) << to_string(info.error());
+  EXPECT_FALSE(info->problems.empty());
+  EXPECT_FALSE(info->summary.complete);
+  const auto json = to_json(*info);
+  EXPECT_FALSE(json["problems"].empty());
+  EXPECT_FALSE(json["complete"].get<bool>());
+}
+
+TEST(RecoverLog, WhatIsWholeOfACutFileIsARecordingAgain) {
+  const fs::path folder = testing::fresh_folder("jobs_recover");
+  const std::string cut = cut_lap(folder, 0.6);
+  const auto report = recover_log({.file = cut});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->output, (folder / "cut.recovered.mcap").string());
+  EXPECT_FALSE(report->recovery.was_whole);
+  const auto info = look_at(report->output, false, {});
+  ASSERT_TRUE(info) << to_string(info.error());
+  EXPECT_THAT(info->problems, IsEmpty());
+  EXPECT_TRUE(info->summary.complete);
+  EXPECT_EQ(info->report.messages, report->recovery.messages);
+  EXPECT_LT(info->report.messages, look_at(short_lap(), true, {})->report.messages);
+  EXPECT_GT(info->report.messages, 0U);
+  EXPECT_THAT(to_text(*report), HasSubstr("bytes of " + cut + " are lost"));
+  const auto json = to_json(*report);
+  EXPECT_EQ(json["messages"], report->recovery.messages);
+  EXPECT_FALSE(json["problems"].empty());
+}
+
+TEST(RecoverLog, AWholeFileIsTheSame) {
+  const fs::path folder = testing::fresh_folder("jobs_recover_whole");
+  const auto report = recover_log({.file = short_lap(), .output = (folder / "again.mcap").string()});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_TRUE(report->recovery.was_whole);
+  EXPECT_EQ(report->recovery.messages, look_at(short_lap(), true, {})->report.messages);
+  EXPECT_THAT(to_text(*report), HasSubstr("was whole"));
+}
+
+TEST(RecoverLog, NothingIsWrittenOverAndNothingIsLeftOfAFailure) {
+  const fs::path folder = testing::fresh_folder("jobs_recover_none");
+  const std::string cut = cut_lap(folder, 0.6);
+  const std::string before = bytes_of(cut);
+  for (const std::string& there : {cut, (folder / "there.mcap").string()}) {
+    if (there != cut) std::ofstream(there) << "older";
+    const auto refused = recover_log({.file = cut, .output = there});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::Unwritable);
+    EXPECT_EQ(refused.error().place.source, there);
+  }
+  EXPECT_TRUE(bytes_of(cut) == before);
+  EXPECT_EQ(test::file_text(folder / "there.mcap"), "older");
+  const std::string head = cut_lap(testing::fresh_folder("jobs_recover_head"), 0.001);
+  const auto nothing = recover_log({.file = head});
+  ASSERT_FALSE(nothing);
+  EXPECT_EQ(test::names_in(fs::path(head).parent_path()), std::vector<std::string>{"cut.mcap"});
+  EXPECT_FALSE(recover_log({.file = cut, .output = "/nowhere/deep/out.mcap"}));
+  EXPECT_FALSE(recover_log({.file = "/nowhere/lap.mcap"}));
+}
+
+}  // namespace
+}  // namespace waymark

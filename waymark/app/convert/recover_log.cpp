@@ -1,0 +1,54 @@
+#include "waymark/app/convert/recover_log.hpp"
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace waymark {
+namespace {
+
+/// lap.mcap becomes lap.recovered.mcap, and so does lap.
+std::string recovered_name(const std::string& file) {
+  const std::filesystem::path path(file);
+  const bool named = path.extension() == ".mcap" || path.extension() == ".MCAP";
+  const std::string name = (named ? path.stem() : path.filename()).string();
+  return (path.parent_path() / (name + ".recovered.mcap")).string();
+}
+
+}  // namespace
+
+Result<RecoverReport> recover_log(const RecoverJob& job) {
+  const std::string output = job.output.empty() ? recovered_name(job.file) : job.output;
+  Result<mcap::Recovery> recovery = mcap::recover_file(job.file, output);
+  if (!recovery) return tl::unexpected(recovery.error());
+  return RecoverReport{job.file, output, std::move(*recovery)};
+}
+
+nlohmann::ordered_json to_json(const RecoverReport& report) {
+  const mcap::Recovery& recovery = report.recovery;
+  std::vector<std::string> problems;
+  problems.reserve(recovery.problems.size());
+  for (const Error& problem : recovery.problems) problems.push_back(to_string(problem));
+  return {{"file", report.file},
+          {"output", report.output},
+          {"was_whole", recovery.was_whole},
+          {"messages", recovery.messages},
+          {"chunks", recovery.chunks},
+          {"kept_bytes", recovery.kept_bytes},
+          {"lost_bytes", recovery.lost_bytes},
+          {"problems", problems}};
+}
+
+std::string to_text(const RecoverReport& report) {
+  const mcap::Recovery& recovery = report.recovery;
+  if (recovery.was_whole)
+    return fmt::format("{} was whole: {} is the same, {} messages\n", report.file, report.output,
+                       recovery.messages);
+  return fmt::format("{}: {} messages in {} chunks; {} bytes of {} are lost\n", report.output,
+                     recovery.messages, recovery.chunks, recovery.lost_bytes, report.file);
+}
+
+}  // namespace waymark

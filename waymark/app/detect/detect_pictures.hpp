@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/app/common/detect_all.hpp"
+#include "waymark/app/common/poses.hpp"
+#include "waymark/base/job_field.hpp"
+
+/// `waymark detect`: the tags in pictures, with poses and annotated pictures where they are asked for.
+namespace waymark {
+
+struct DetectJob {
+  std::vector<std::string> sources{};  ///< files, folders, patterns, recordings, videos
+  bool recursive = false;              ///< also pictures of the folders in a folder
+  std::optional<PoseSetup> poses{};
+  /// For pictures with their tags drawn in: a folder, or a video that is written (by its name); empty: none.
+  std::string annotate_folder{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sources,
+          JobField("sources SOURCE",
+                   "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
+                   "patterns such as 'lap/*.png', or live cameras such as v4l2:/dev/video0")
+              .input()
+              .required());
+    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+  }
+};
+
+/// Called with each picture, in order; `poses` has one entry a detection, or is empty. Returns whether to go
+/// on.
+using EachDetected = std::function<bool(const PictureReport& report, const PoseList& poses)>;
+
+/// Pictures that fail are notes, are counted and have an error in their report; the others are processed.
+/// Fails as a whole when the annotated pictures would be written over their originals.
+[[nodiscard]] Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
+                                                    const JobControl& control, const EachDetected& each);
+
+/// The poses of a picture's tags. A calibration of another picture size gives none, and an error in the
+/// report.
+[[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
+
+/// The contract of `waymark detect --json` (docs/reference/cli.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses,
+                                             bool with_covariance);
+
+}  // namespace waymark

@@ -1,0 +1,134 @@
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/app/cli/console.hpp"
+#include "waymark/app/cli/detector_flags.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/pose_flags.hpp"
+#include "waymark/app/detect/detect_cameras.hpp"
+#include "waymark/app/detect/detect_pictures.hpp"
+#include "waymark/app/detect/detections_text.hpp"
+#include "waymark/base/counted.hpp"
+
+namespace waymark::cli {
+namespace {
+
+ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) {
+  console.end_progress();
+  ExitCode code = interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
+  for (const DetectedCamera& camera : cameras) {
+    if (camera.end)
+      console.say(to_text(camera, cameras.size() > 1));
+    else
+      code = console.failed(camera.end.error(), ExitCode::SomeFailed);
+  }
+  return code;
+}
+
+/// `waymark detect v4l2:…`, until Ctrl-C. The code of a camera that fails is the exit code.
+ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const TagFinder& finder,
+                     Console& console) {
+  job.on_picture = [&](const PictureReport& report, const PoseList& poses, Duration age) {
+    const double age_ms = 1e3 * to_seconds(age);
+    if (json) {
+      nlohmann::ordered_json line = to_json(report, poses, covariance);
+      line["age_ms"] = age_ms;
+      console.print(json_line(line));
+    } else if (!job.page) {
+      console.print(waymark::to_text(report) + waymark::to_text(report.detections, poses));
+    } else {
+      console.live(fmt::format("{} tags, {:.0f} ms old", report.detections.size(), age_ms));
+    }
+  };
+  JobControl control = control_from(console);
+  control.cancelled = [&console] { return interrupted() || console.output_ended(); };
+  const auto cameras = detect_cameras(job, finder, control);
+  if (cameras) return say_ends(*cameras, console);
+  const bool usage = cameras.error().code == ErrorCode::InvalidArgument;
+  return console.failed(cameras.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+}
+
+struct DetectArgs : DetectWords {
+  explicit DetectArgs(CLI::App& verb) : settings(verb), detector(settings, kFirstGroup), poses(verb) {
+    add_fields(verb, static_cast<DetectWords&>(*this));
+  }
+
+  Settings settings;
+  DetectorFlags detector;
+  PoseFlags poses;
+};
+
+ExitCode detect(const DetectArgs& args, Console& console) {
+  const CLI::App& app = args.settings.app();
+  Refusals refused(app);
+  refused.flags(!args.json, {"--covariance"}, "tables do not show covariances",
+                "Add --json, or leave it out.");
+  if (!refused.status()) return console.failed(refused.status().error(), ExitCode::Usage);
+  const auto finder = args.detector.make();
+  if (!finder) return console.failed(finder.error(), ExitCode::Usage);
+  auto poses = args.poses.make();
+  if (!poses) {
+    const bool flag = poses.error().place.source.empty();  // else the calibration, which is an input
+    return console.failed(poses.error(), flag ? ExitCode::Usage : ExitCode::SomeFailed);
+  }
+  const auto live = is_camera_input(args.job.sources, given_on(app));
+  if (!live) return console.failed(live.error(), ExitCode::Usage);
+  if (*live)
+    return detect_live({.addresses = args.job.sources,
+                        .poses = std::move(*poses),
+                        .duration_s = args.duration_s,
+                        .page = args.view ? std::optional(args.page) : std::nullopt},
+                       args.json, args.covariance, *finder, console);
+  DetectJob job = args.job;
+  job.poses = std::move(*poses);
+  const auto summary = detect_pictures(
+      job, *finder, control_from(console), [&](const PictureReport& report, const PoseList& of_tags) {
+        if (args.json)
+          console.print(json_line(to_json(report, of_tags, args.covariance)));
+        else if (report.detected)
+          console.print(to_text(report) + to_text(report.detections, of_tags));
+        return !console.output_ended();
+      });
+  if (!summary) return console.failed(summary.error(), ExitCode::Usage);
+  console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "picture"),
+                          counted(summary->tags, "tag"), summary->failed));
+  if (summary->stopped) return ExitCode::Interrupted;
+  return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb detect_verb() {
+  return {
+      .name = "detect",
+      .sentence = "Find tags in pictures, with sub-pixel corners",
+      .help =
+          R"(Results go to standard output, words and progress to standard error. Corners are those where the
+black border meets the white one: top left, top right, bottom right, bottom left of the printed tag.
+Pixel (i, j) covers [i, i+1) x [j, j+1). A folder's pictures are taken in the order of their names.
+Pictures of a recording or a video are called after their stamp: lap.mcap#12.345000000; that of a video is the
+presentation time since its first picture. Videos are read as they are stored: a rotation flag turns no corners.
+Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 all inputs processed (with or without tags), 1 some failed (the others are processed),
+2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark detect photograph.png
+  waymark detect --annotate seen --family tag36h11 --family tag16h5 'photos/*.png'
+  waymark detect --json photos/ > tags.jsonl
+  waymark detect walk.mp4 --annotate seen.mp4
+  waymark detect --camera camera.yaml --tag-size-m 0.16 photograph.png
+  waymark detect v4l2:/dev/video0,size=1280x720 --view --camera camera.yaml --tag-size-m 0.16
+  waymark detect v4l2:/dev/video0 v4l2:/dev/video2 --json
+
+With --camera and --tag-size-m corners are refined with the lens of the camera, and each tag gets its pose in the
+camera (x right, y down, z forward) with standard deviations. A tag seen nearly from the front has two poses that
+fit almost equally: both are printed, the better first, and the ratio of their errors says how sure that is (near 1:
+not at all).
+)",
+      .prepare = prepared(detect)};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,123 @@
+#include "waymark/app/doctor/doctor_job.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/doctor/doctor_limo.hpp"
+#include "waymark/app/doctor/doctor_map.hpp"
+#include "waymark/app/doctor/doctor_network.hpp"
+#include "waymark/app/live/robot_kinds.hpp"
+#include "waymark/base/suggest.hpp"
+
+namespace waymark {
+namespace {
+
+/// What was named, else what is in the current folder.
+std::string calibration_file(const DoctorJob& job) {
+  std::error_code ignored;
+  const std::string found = std::filesystem::exists("calibration.yaml", ignored) ? "calibration.yaml" : "";
+  return job.calibration.empty() ? found : job.calibration;
+}
+
+DoctorLine calibration_line(const std::string& file) {
+  if (!file.empty()) return check_calibration(file, std::filesystem::file_time_type::clock::now());
+  return {"calibration", DoctorLevel::Warn, "no calibration was named, and there is no calibration.yaml here",
+          "waymark doctor --camera FILE"};
+}
+
+/// What is found at the address of a robot of some kind, without moving it.
+struct RobotCheck {
+  std::string_view kind;
+  std::vector<DoctorLine> (*check)(const std::string& address, const DoctorCancelled& cancelled);
+};
+constexpr std::array kRobotChecks = {RobotCheck{"ros2", check_ros2}, RobotCheck{"limo", check_limo},
+                                     RobotCheck{"mbot", check_mbot}, RobotCheck{"gazebo", check_gazebo}};
+
+/// The lines of a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that has no checks.
+Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const DoctorCancelled& cancelled) {
+  std::vector<std::string> names;
+  for (const RobotKind& kind : robot_kinds()) {
+    const auto* const row = std::ranges::find(kRobotChecks, kind.name, &RobotCheck::kind);
+    if (row == kRobotChecks.end()) continue;
+    const std::string begin = std::string(kind.name) + ":";
+    if (robot.starts_with(begin)) {
+      const auto start = kind.start(robot.substr(begin.size()), "");  // fails if the address is invalid
+      if (!start) return tl::unexpected(start.error());
+      return row->check(robot.substr(begin.size()), cancelled);
+    }
+    names.push_back(begin + std::string(kind.address));
+  }
+  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'",
+              {.key = "--robot"}, suggestion(robot, names));
+}
+
+/// The loop of a robot on drawn pictures.
+Result<DoctorLine> processor_line(const LoopTrial& trial, const DoctorCancelled& cancelled) {
+  const auto finder = make_tag_finder();
+  if (!finder) return tl::unexpected(finder.error());
+  const auto tried = try_loop(*finder, trial, cancelled);
+  if (!tried) return tl::unexpected(tried.error());
+  return check_processor(trial, *tried);
+}
+
+}  // namespace
+
+Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCancelled& cancelled) {
+  std::vector<DoctorLine> lines;
+  const std::vector<CameraDevice> cameras = list_cameras();
+  if (!cameras.empty() || job.sources.empty()) lines = check_cameras(cameras);
+  if (!job.robot.empty()) {
+    auto found = check_robot(job.robot, cancelled);
+    if (!found) return tl::unexpected(found.error());
+    lines.insert(lines.begin(), found->begin(), found->end());
+  }
+  for (DoctorLine& line : check_devices()) lines.push_back(std::move(line));
+  for (const std::string& source : job.sources) lines.push_back(check_live_camera(source, cancelled));
+  const std::string calibration = calibration_file(job);
+  lines.push_back(calibration_line(calibration));
+  if (job.tag.distance_m > 0)
+    for (const std::string& source : job.sources)
+      lines.push_back(check_tag_size(source, calibration, job.tag, cancelled));
+  if (!job.map.empty())
+    for (const std::string& source : job.sources)
+      lines.push_back(check_map_tags(source, calibration, job.map, cancelled));
+  lines.push_back(check_disk(job.folder));
+  if (job.sources.empty() && finds_tags_itself(job.robot)) {
+    lines.push_back({"processor", DoctorLevel::Ok, "not tried: the robot finds its tags itself", ""});
+  } else {
+    auto line = processor_line(job.trial, cancelled);
+    if (!line) return tl::unexpected(line.error());
+    lines.push_back(std::move(*line));
+  }
+  if (cancelled()) return fail(ErrorCode::LimitExceeded, "stopped before all checks were made");
+  return lines;
+}
+
+bool any_failed(const std::vector<DoctorLine>& lines) {
+  return std::ranges::find(lines, DoctorLevel::Fail, &DoctorLine::level) != lines.end();
+}
+
+std::string to_text(const std::vector<DoctorLine>& lines) {
+  std::string text;
+  for (const DoctorLine& line : lines) {
+    text += fmt::format("{:<5} {:<12} {}\n", to_string(line.level), line.key, line.words);
+    if (!line.command.empty()) text += fmt::format("{:<19}{}\n", "", line.command);
+  }
+  return text;
+}
+
+nlohmann::ordered_json to_json(const std::vector<DoctorLine>& lines) {
+  auto checks = nlohmann::ordered_json::array();
+  for (const DoctorLine& line : lines)
+    checks.push_back({{"check", line.key},
+                      {"level", to_string(line.level)},
+                      {"words", line.words},
+                      {"command", line.command}});
+  return {{"checks", std::move(checks)}};
+}
+
+}  // namespace waymark

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/detect_all.hpp"
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/evaluation/detections.hpp"
+
+/// `waymark evaluate detections`: detected tags against the true corners.
+namespace waymark {
+
+struct EvaluateDetectionsJob {
+  std::string truth{};                 ///< CSV
+  std::vector<std::string> sources{};  ///< pictures to detect in …
+  bool recursive = false;
+  std::string detections{};  ///< … or what `waymark detect --json` wrote; -: standard input
+  ClassEdges edges{};
+  MatchOptions matching{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sources,
+          JobField("sources SOURCE", "Pictures to detect in: files, folders, or quoted patterns").input());
+    visit(self.truth, JobField("truth FILE",
+                               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where "
+                               "known, size_px, tilt_deg, family")
+                          .required());
+    visit(self.detections, JobField("detections FILE",
+                                    "Score this output of `waymark detect --json` instead of running the "
+                                    "detector; - is standard input"));
+    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
+  }
+};
+
+/// Fails unless pictures are given or what was detected, on edges that make no sense, and on flags that have
+/// no effect.
+[[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given);
+inline constexpr const char* kNothingDetected = "with --detections nothing is detected";
+
+struct EvaluateDetectionsReport {
+  std::optional<DetectionScores> scores{};  ///< nothing: see error
+  std::optional<Error> error{};
+  std::size_t failed = 0;  ///< pictures that were left out, or given up
+  bool stopped = false;    ///< cancelled: what was seen until then is scored
+};
+
+/// Fails when the truth or the detections cannot be read. What is left out is said by notes. `finder` looks
+/// for the tags when pictures are given.
+[[nodiscard]] Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
+                                                                   const TagFinder& finder,
+                                                                   const JobControl& control);
+
+/// The contract of `waymark evaluate detections --json`.
+[[nodiscard]] nlohmann::ordered_json to_json(const DetectionScores& scores);
+
+}  // namespace waymark

@@ -1,0 +1,151 @@
+// Detections of a file held against the truth: what counts, what is left out, and what that is called.
+#include "waymark/app/evaluate/evaluate_detections.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/data.hpp"
+#include "waymark/app/common/json_line.hpp"
+#include "waymark/config/text_file.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+/// A square of 40 px, moved by so much in x.
+TagDetection square_at(int number, double x_px, double off_px = 0) {
+  TagDetection detection{.tag = {FamilyId::Tag36h11, number}};
+  detection.corners_px = {Eigen::Vector2d(x_px + off_px, 100),
+                          {x_px + 40 + off_px, 100},
+                          {x_px + 40 + off_px, 140},
+                          {x_px + off_px, 140}};
+  return detection;
+}
+
+std::string truth_row(const std::string& image, const TagDetection& tag) {
+  std::string row = fmt::format("{},{}", image, tag.tag.number);
+  for (const Eigen::Vector2d& corner : tag.corners_px) row += fmt::format(",{},{}", corner.x(), corner.y());
+  return row + "\n";
+}
+
+class EvaluateDetections : public ::testing::Test {
+ protected:
+  Result<EvaluateDetectionsReport> evaluate(const std::vector<PictureReport>& reports,
+                                            const std::string& truth) {
+    std::string lines;
+    for (const PictureReport& report : reports) lines += json_line(to_json(report, true));
+    EXPECT_TRUE(write_text_file(folder_ / "detections.jsonl", lines));
+    EXPECT_TRUE(write_text_file(folder_ / "truth.csv", "image,id,x0,y0,x1,y1,x2,y2,x3,y3\n" + truth));
+    notes_.clear();
+    JobControl control;
+    control.note = [this](const std::string& words) { notes_.push_back(words); };
+    return evaluate_detections(
+        {.truth = (folder_ / "truth.csv").string(), .detections = (folder_ / "detections.jsonl").string()},
+        TagFinder{}, control);
+  }
+  static PictureReport picture(const std::string& name, std::vector<TagDetection> detections) {
+    return {.image = name,
+            .width_px = 640,
+            .height_px = 480,
+            .detected = true,
+            .detections = std::move(detections)};
+  }
+  fs::path folder_ = testing::fresh_folder("jobs_evaluate_detections");
+  std::vector<std::string> notes_{};
+};
+
+TEST_F(EvaluateDetections, FoundMissedWrongAndInvented) {
+  const auto report = evaluate({picture("a.png", {square_at(1, 100), square_at(9, 300), square_at(5, 500)})},
+                               truth_row("a.png", square_at(1, 100)) + truth_row("a.png", square_at(2, 200)) +
+                                   truth_row("a.png", square_at(3, 300)));
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_TRUE(report->scores) << to_string(*report->error);
+  const auto json = to_json(*report->scores);
+  EXPECT_EQ(json["truth"], 3);
+  EXPECT_EQ(json["detections"], 3);
+  EXPECT_EQ(json["correct"], 1);
+  EXPECT_EQ(json["wrong_ids"], 1) << "tag 9 where tag 3 is";
+  EXPECT_EQ(json["false_positives"], 1) << "tag 5 where nothing is";
+  EXPECT_NEAR(json["recall"].get<double>(), 1.0 / 3, 1e-12);
+}
+
+TEST_F(EvaluateDetections, AShiftOfAllCornersIsTheirBias) {
+  const auto report =
+      evaluate({picture("a.png", {square_at(1, 100, 0.3)})}, truth_row("a.png", square_at(1, 100)));
+  ASSERT_TRUE(report && report->scores);
+  const auto corners = to_json(*report->scores)["corners"];
+  EXPECT_NEAR(corners["bias_x_px"].get<double>(), 0.3, 1e-6);
+  EXPECT_NEAR(corners["bias_y_px"].get<double>(), 0, 1e-6);
+  EXPECT_NEAR(corners["rmse_px"].get<double>(), 0.3, 1e-6);
+  EXPECT_NEAR(corners["bias_outward_px"].get<double>(), 0, 1e-6);
+}
+
+TEST_F(EvaluateDetections, ANullIsWhatNobodyKnows) {
+  const auto report = evaluate({picture("a.png", {})}, truth_row("a.png", square_at(1, 100)));
+  ASSERT_TRUE(report && report->scores);
+  const auto json = to_json(*report->scores);
+  EXPECT_EQ(json["recall"], 0.0);
+  EXPECT_TRUE(json["corners"].is_null());
+  EXPECT_TRUE(json["consistency"].is_null()) << "without covariances";
+}
+
+TEST_F(EvaluateDetections, PicturesOfOneSideAreSaid) {
+  const auto report = evaluate({picture("a.png", {square_at(1, 100)}), picture("b.png", {square_at(2, 100)})},
+                               truth_row("a.png", square_at(1, 100)) + truth_row("c.png", square_at(3, 100)));
+  ASSERT_TRUE(report && report->scores);
+  EXPECT_THAT(notes_, Contains(HasSubstr("not in the truth, taken as holding no tag: 1 picture")));
+  EXPECT_THAT(notes_, Contains(HasSubstr("of the truth, but not given: 1 picture")));
+  EXPECT_EQ(report->scores->false_positives, 1U) << "a picture without truth holds no tag";
+  EXPECT_EQ(report->scores->truth, 1U) << "a picture that was not given is not missed";
+  const auto others = evaluate({picture("x.png", {})}, truth_row("a.png", square_at(1, 100)));
+  ASSERT_TRUE(others);
+  ASSERT_TRUE(others->error);
+  EXPECT_THAT(others->error->hint, HasSubstr("a.png"));
+}
+
+TEST_F(EvaluateDetections, TwoPicturesOfOneNameAreNotMixed) {
+  const auto report =
+      evaluate({picture("x/a.png", {}), picture("y/a.png", {})}, truth_row("a.png", square_at(1, 100)));
+  ASSERT_TRUE(report);
+  EXPECT_FALSE(report->scores);
+  ASSERT_TRUE(report->error);
+  EXPECT_THAT(report->error->hint, HasSubstr("folder"));
+}
+
+TEST_F(EvaluateDetections, PicturesThatFailedAreLeftOutAndCounted) {
+  PictureReport failed = picture("b.png", {});
+  failed.detected = false;
+  failed.error = Error{ErrorCode::Unreadable, "cut", {}, {}};
+  const auto report = evaluate({picture("a.png", {square_at(1, 100)}), failed},
+                               truth_row("a.png", square_at(1, 100)) + truth_row("b.png", square_at(2, 100)));
+  ASSERT_TRUE(report && report->scores);
+  EXPECT_EQ(report->failed, 1U);
+  EXPECT_EQ(report->scores->truth, 1U);
+}
+
+TEST_F(EvaluateDetections, FilesThatCannotBeReadAreErrorsWithTheirLine) {
+  ASSERT_TRUE(evaluate({picture("a.png", {})}, truth_row("a.png", square_at(1, 100))));
+  const auto evaluate_again = [&] {
+    return evaluate_detections(
+        {.truth = (folder_ / "truth.csv").string(), .detections = (folder_ / "detections.jsonl").string()},
+        TagFinder{}, {});
+  };
+  ASSERT_TRUE(write_text_file(folder_ / "detections.jsonl", "{\"image\": \"a.png\"}\n{broken\n"));
+  const auto broken = evaluate_again();
+  ASSERT_FALSE(broken);
+  EXPECT_TRUE(broken.error().place.line);
+  ASSERT_TRUE(write_text_file(folder_ / "truth.csv", "image,id,x0\na.png,1,2\n"));
+  const auto columns = evaluate_again();
+  ASSERT_FALSE(columns);
+  EXPECT_EQ(columns.error().place.source, (folder_ / "truth.csv").string());
+  fs::remove(folder_ / "truth.csv");
+  EXPECT_FALSE(evaluate_again());
+}
+
+}  // namespace
+}  // namespace waymark

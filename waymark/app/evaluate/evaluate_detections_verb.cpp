@@ -1,0 +1,80 @@
+#include "waymark/app/cli/detector_flags.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/detect/detections_text.hpp"
+#include "waymark/app/evaluate/evaluate_detections.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct EvaluateArgs {
+  explicit EvaluateArgs(CLI::App& verb)
+      : settings(verb), matching(settings, "matching", "Matching"), detector(settings, kMoreGroup) {
+    add_fields(verb, job);
+    verb.add_flag("--json", json, "One JSON object instead of tables");
+    add_option(verb, "--size-edges-px LIST", job.edges.size_px,
+               "Edges of the size classes, for example 0,16,32,64", kByCommas)
+        ->allow_extra_args(false);
+    add_option(verb, "--tilt-edges-deg LIST", job.edges.tilt_deg,
+               "Edges of the tilt classes, for example 0,30,60,90", kByCommas)
+        ->allow_extra_args(false);
+  }
+
+  Settings settings;
+  EvaluateDetectionsJob job{};
+  bool json = false;
+  OptionFlags<MatchOptions> matching;
+  DetectorFlags detector;
+};
+
+Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
+  EvaluateDetectionsJob job = args.job;
+  Refusals refused(args.settings.app());
+  refused.all(!job.detections.empty(), args.detector, kNothingDetected, "Leave it out, or give pictures.");
+  Status usable = args.matching.apply(job.matching);
+  if (usable) usable = check_effects(job, given_on(args.settings.app()));
+  if (usable) usable = refused.status();
+  if (!usable) return tl::unexpected(usable.error());
+  return job;
+}
+
+ExitCode evaluate(const EvaluateArgs& args, Console& console) {
+  const auto job = job_of(args);
+  if (!job) return console.failed(job.error(), ExitCode::Usage);
+  TagFinder finder;
+  if (!job->sources.empty()) {
+    auto made = args.detector.make();
+    if (!made) return console.failed(made.error(), ExitCode::Usage);
+    finder = std::move(*made);
+  }
+  const auto report = evaluate_detections(*job, finder, control_from(console));
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (report->scores)
+    console.print(args.json ? json_line(to_json(*report->scores)) : to_text(*report->scores));
+  const bool some_failed = report->failed > 0 || report->error;
+  if (report->error) console.say(*report->error);
+  if (report->stopped) return ExitCode::Interrupted;
+  return some_failed ? ExitCode::SomeFailed : ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb evaluate_detections_verb() {
+  return {
+      .name = "detections",
+      .sentence = "Score detected tags against the true corners",
+      .help =
+          R"(A detection is correct when family, id and corner order are right and its corners lie near the true
+ones. Corner error = detected - true; outward is away from the tag's centre. A picture that is not in
+the truth counts as holding no tag; the truth may leave out folders and suffix (photo for a/photo.png).
+
+Exit code: 0 scored, 1 something could not be read, 2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark evaluate detections --truth truth.csv photograph.png
+  waymark detect --json --covariance photograph.png > tags.jsonl
+  waymark evaluate detections --truth truth.csv --detections tags.jsonl
+)",
+      .prepare = prepared(evaluate)};
+}
+
+}  // namespace waymark::cli

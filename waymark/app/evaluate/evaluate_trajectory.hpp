@@ -1,0 +1,118 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/trajectory_files.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/evaluation/path_scores.hpp"
+#include "waymark/evaluation/trajectory_scores.hpp"
+#include "waymark/samples/tag_map.hpp"
+
+/// `waymark evaluate`: a trajectory against where the robot really was.
+namespace waymark {
+
+struct EvaluateTrajectoryJob {
+  std::string estimate{};   ///< what is judged: a recording with poses, or a TUM file
+  std::string reference{};  ///< what is right: see read_reference()
+  std::string estimate_topic{};
+  std::string reference_topic{};
+  std::string odometry{};          ///< recording whose odometry is judged beside it; empty: none
+  std::string figures{};           ///< folder to draw into; empty: none
+  std::string map{};               ///< whose tags the figure shows; empty: none
+  std::string alignment = "none";  ///< an alignment_kind()
+  bool closed = false;             ///< the corners of the reference go back to the first one
+  double from_s = 0;               ///< after the start of the estimate
+  double to_s = 1e9;
+  double time_offset_s = 0;  ///< added to the stamps of the reference
+  TrajectoryScoreOptions scoring{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.estimate,
+          JobField("estimate EST", "What is judged: a recording with poses, or a TUM file").input());
+    visit(self.reference, JobField("reference REF",
+                                   "What is right: a recording with /truth/pose, a TUM file, a route.yaml, "
+                                   "or a CSV of corners (x_m,y_m), of which only the path is known")
+                              .input());
+    visit(self.estimate_topic, JobField("est_topic TOPIC", "Topic of EST's poses; usually /waymark/pose"));
+    visit(self.reference_topic, JobField("ref_topic TOPIC", "Topic of REF's poses; usually /truth/pose"));
+    visit(
+        self.alignment,
+        JobField(
+            "alignment KIND",
+            "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
+            .one_of("none,se2,se3,sim3"));
+    visit(self.closed,
+          JobField("closed", "Compare a closed loop: the corners of REF return to the first one"));
+    visit(self.odometry, JobField("odometry LOG",
+                                  "Evaluate the wheel odometry, and wheels with gyro, of this recording "
+                                  "beside EST, started at the same pose"));
+    visit(self.from_s,
+          JobField("from S", "Begin of the evaluated interval, in seconds from the start of EST"));
+    visit(
+        self.to_s,
+        JobField("to S", "End of the evaluated interval, in seconds from the start of EST").without_usual());
+    visit(self.time_offset_s,
+          JobField("time_offset_s NUMBER", "Clock offset that is added to the stamps of REF").usually("0"));
+    visit(self.figures,
+          JobField("figures FOLDER", "Folder for figures: paths from above, error along the way"));
+    visit(self.map, JobField("map FILE", "Map whose tags the figure shows"));
+  }
+};
+
+/// What there is to say about one trajectory.
+struct TrajectoryRow {
+  std::string name{};  ///< "estimate", "odometry", "odometry with gyro"
+  EstimatedTrajectory poses{};
+  std::optional<TrajectoryScores> scores{};  ///< nothing without a reference that has times
+  std::optional<PathScores> path{};
+  std::size_t pairs = 0;               ///< poses at a time the reference knows
+  std::optional<std::size_t> jumps{};  ///< against the reference, else against odometry
+};
+
+struct TrajectoryReport {
+  std::string estimate{};   ///< file
+  std::string reference{};  ///< file
+  AlignmentKind alignment = AlignmentKind::None;
+  TrajectoryScoreOptions options{};
+  std::vector<TrajectoryRow> rows{};  ///< the estimate first
+  std::optional<double> coverage{};
+  std::optional<NisSummary> nis{};
+  std::size_t uncertain = 0;  ///< mere guesses, which are not judged
+  std::optional<double> time_to_first_fix_s{};
+};
+
+/// Everything that was read.
+struct EvaluationInputs {
+  EstimatedTrajectory estimate{};
+  Reference reference{};
+  Motion motion{};
+  TagMap tags{};
+};
+
+[[nodiscard]] Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job,
+                                                       const JobControl& control);
+[[nodiscard]] Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job,
+                                                           const EvaluationInputs& inputs,
+                                                           const JobControl& control);
+/// Figures of what was compared, into a folder; the files that were written.
+[[nodiscard]] Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs& inputs,
+                                                                        const TrajectoryReport& report,
+                                                                        const std::string& folder);
+/// From the first pose to the last, for a robot that came back to where it began; 0 without poses.
+[[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
+[[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
+
+/// The contract of `waymark evaluate --json` (docs/reference/cli.md). What is not known is null.
+[[nodiscard]] nlohmann::ordered_json to_json(const TrajectoryReport& report);
+
+/// Fails on flags that have no effect on what is compared; `reference`: once it is known.
+[[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
+                                   const GivenFlags& given);
+
+}  // namespace waymark

@@ -1,0 +1,198 @@
+// A trajectory held against what is right: windows, offsets, alignments, odometry beside it, and what is
+// unknown.
+#include "waymark/app/evaluate/evaluate_trajectory.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// An ellipse, ten poses a second.
+SE3 on_ellipse(double s) {
+  const double angle = 0.2 * s;
+  return lift(SE2(3 * std::cos(angle), 2 * std::sin(angle), angle));
+}
+
+Trajectory ellipse(double from_s, double to_s, const SE3& moved = {}, double offset_s = 0) {
+  Trajectory path;
+  for (int i = static_cast<int>(10 * from_s); i <= static_cast<int>(10 * to_s); ++i)
+    path.push_back(
+        {SensorTime(Duration(std::llround((0.1 * i + offset_s) * 1e9))), moved * on_ellipse(0.1 * i)});
+  return path;
+}
+
+class EvaluateTrajectoryFiles : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string tum(const std::string& name, const Trajectory& path) const {
+    EXPECT_TRUE(write_text_file(folder_ / name, to_tum(path)));
+    return (folder_ / name).string();
+  }
+  static Result<TrajectoryReport> evaluated(const EvaluateTrajectoryJob& job,
+                                            const JobControl& control = {}) {
+    const auto inputs = read_evaluation(job, {});
+    if (!inputs) return tl::unexpected(inputs.error());
+    return evaluate_trajectory(job, *inputs, control);
+  }
+  fs::path folder_ = testing::fresh_folder("jobs_evaluate_trajectory");
+  EvaluateTrajectoryJob job_{.estimate = tum("est.txt", ellipse(0, 30)),
+                             .reference = tum("ref.txt", ellipse(0, 30))};
+};
+
+TEST_F(EvaluateTrajectoryFiles, TheSameIsWithoutErrorAndWhatIsUnknownIsNull) {
+  const auto report = evaluated(job_);
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_TRUE(report->rows.front().scores);
+  EXPECT_NEAR(report->rows.front().scores->ate_m.max, 0, 1e-6);
+  EXPECT_EQ(report->rows.front().pairs, 301U);
+  EXPECT_EQ(report->rows.front().jumps, 0U);
+  const auto json = to_json(*report);
+  EXPECT_EQ(json["poses"], 301);
+  EXPECT_FALSE(report->nis) << "a text of poses says nothing of what was seen";
+}
+
+TEST_F(EvaluateTrajectoryFiles, OnlyAnAlignmentForgivesAnotherFrame) {
+  const SE3 moved = lift(SE2(5, -1, 0.8));
+  job_.estimate = tum("moved.txt", ellipse(0, 30, moved));
+  std::string notes;
+  const JobControl control{.note = [&](const std::string& words) { notes += words; }};
+  const auto plain = evaluated(job_, control);
+  ASSERT_TRUE(plain);
+  EXPECT_GT(plain->rows.front().scores->ate_m.rmse, 2);
+  EXPECT_THAT(notes, HasSubstr("aligned (--alignment se2) the ATE is 0.0000 m"));
+  notes.clear();
+  job_.alignment = "se2";
+  const auto aligned = evaluated(job_, control);
+  EXPECT_EQ(notes, "");
+  ASSERT_TRUE(aligned) << to_string(aligned.error());
+  EXPECT_LT(aligned->rows.front().scores->ate_m.rmse, 1e-6);
+  EXPECT_EQ(aligned->alignment, AlignmentKind::Se2);
+  job_.alignment = "se4";
+  const auto unknown = evaluated(job_, control);
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().place.key, "alignment");
+}
+
+TEST_F(EvaluateTrajectoryFiles, AnOffsetOfTheClocksIsTakenAway) {
+  job_.reference = tum("late.txt", ellipse(0, 30, {}, 0.5));
+  const double apart_m = evaluated(job_)->rows.front().scores->ate_m.rmse;
+  EXPECT_GT(apart_m, 0.1);
+  job_.time_offset_s = -0.5;
+  EXPECT_LT(evaluated(job_)->rows.front().scores->ate_m.rmse, 0.01);
+}
+
+TEST_F(EvaluateTrajectoryFiles, OnlyTheSpanThatIsAskedForCounts) {
+  Trajectory path = ellipse(0, 30);
+  for (StampedPose& pose : path)
+    if (pose.stamp > SensorTime(std::chrono::seconds(20)))
+      pose.map_T_base = SE3(SO3(), {0, 0.4, 0}) * pose.map_T_base;
+  job_.estimate = tum("jump.txt", path);
+  const auto whole = evaluated(job_);
+  ASSERT_TRUE(whole);
+  EXPECT_NEAR(whole->rows.front().scores->ate_m.max, 0.4, 1e-6);
+  EXPECT_EQ(whole->rows.front().jumps, 1U);
+  job_.to_s = 19;
+  const auto before = evaluated(job_);
+  ASSERT_TRUE(before);
+  EXPECT_NEAR(before->rows.front().scores->ate_m.max, 0, 1e-6);
+  job_.from_s = 21;
+  job_.to_s = 1e9;
+  const auto after = evaluated(job_);
+  ASSERT_TRUE(after);
+  EXPECT_NEAR(after->rows.front().scores->ate_m.rmse, 0.4, 1e-6);
+  job_.from_s = 500;
+  EXPECT_FALSE(evaluated(job_)) << "nothing is left";
+}
+
+TEST_F(EvaluateTrajectoryFiles, APathHasDistancesAndNoTimes) {
+  std::string corners = "x_m,y_m\n";
+  for (const StampedPose& pose : ellipse(0, 32)) {
+    const Eigen::Vector3d p = pose.map_T_base.translation();
+    corners += fmt::format("{},{}\n", p.x(), p.y());
+  }
+  ASSERT_TRUE(write_text_file(folder_ / "path.csv", corners));
+  job_.reference = (folder_ / "path.csv").string();
+  job_.estimate = tum("beside.txt", ellipse(0, 30, SE3(SO3(), {0, 0.1, 0})));
+  const auto report = evaluated(job_);
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_FALSE(report->rows.front().scores);
+  ASSERT_TRUE(report->rows.front().path);
+  EXPECT_GT(report->rows.front().path->distance_m.rmse, 0.04);
+  EXPECT_LE(report->rows.front().path->distance_m.max, 0.1 + 1e-6);
+}
+
+TEST_F(EvaluateTrajectoryFiles, OdometryStandsBesideTheEstimate) {
+  const std::string lap = test::record_lap(folder_ / "lap.mcap", 81, {.for_s = 8});
+  const EvaluateTrajectoryJob job{
+      .estimate = lap, .reference = lap, .estimate_topic = topics::kTruth, .odometry = lap};
+  const auto report = evaluated(job);
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_GE(report->rows.size(), 2U);
+  EXPECT_EQ(report->rows[0].name, "estimate");
+  EXPECT_EQ(report->rows[1].name, "odometry");
+  ASSERT_TRUE(report->rows[1].scores);
+  EXPECT_GT(report->rows[1].scores->ate_m.rmse, 0) << "wheels drift";
+  const auto json = to_json(*report);
+  EXPECT_TRUE(json.dump().find("odometry") != std::string::npos);
+  EvaluateTrajectoryJob none = job;
+  none.odometry = tum("no_odometry.txt", ellipse(0, 1));
+  EXPECT_FALSE(evaluated(none));
+}
+
+TEST_F(EvaluateTrajectoryFiles, APictureMayComeBeforeTheFirstOdometry) {
+  const std::string lap = test::record_lap(folder_ / "lap.mcap", 81, {.for_s = 8});
+  EvaluateTrajectoryJob job{
+      .estimate = lap, .reference = lap, .estimate_topic = topics::kTruth, .odometry = lap};
+  const auto inputs = read_evaluation(job, {});
+  ASSERT_TRUE(inputs) << to_string(inputs.error());
+  const Trajectory truth = inputs->reference.timed;
+  const auto with_pose_before = [&](Duration before) {
+    Trajectory path = truth;
+    path.insert(path.begin(), {truth.front().stamp - before, truth.front().map_T_base});
+    job.estimate = tum(fmt::format("before_{}.txt", before.count()), path);
+    job.estimate_topic.clear();
+    return evaluated(job);
+  };
+  const auto report = with_pose_before(std::chrono::milliseconds(60));
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_GE(report->rows.size(), 2U);
+  EXPECT_EQ(report->rows[1].name, "odometry");
+  const auto apart = with_pose_before(std::chrono::seconds(100));
+  ASSERT_FALSE(apart) << "another clock";
+  EXPECT_THAT(apart.error().message, HasSubstr("does not cover"));
+}
+
+TEST_F(EvaluateTrajectoryFiles, ALapThatComesBackEndsWhereItBegan) {
+  EstimatedTrajectory poses;
+  EXPECT_EQ(end_to_start_m(poses), 0);
+  for (const double x : {0.0, 5.0, 0.3})
+    poses.push_back({SensorTime(), lift(SE2(x, 0.4 * (x == 0.3), 0.1 * x)), {}});
+  EXPECT_NEAR(end_to_start_m(poses), 0.5, 1e-12);
+  EXPECT_NEAR(end_to_start_deg(poses), 0.03 * 180 / M_PI, 1e-9);
+}
+
+TEST_F(EvaluateTrajectoryFiles, FiguresGoIntoAFolderThatIsMade) {
+  const auto inputs = read_evaluation(job_, {});
+  ASSERT_TRUE(inputs);
+  const auto report = evaluate_trajectory(job_, *inputs, {});
+  ASSERT_TRUE(report);
+  const auto files = write_evaluation_figures(*inputs, *report, (folder_ / "deep" / "figures").string());
+  ASSERT_TRUE(files) << to_string(files.error());
+  EXPECT_FALSE(files->empty());
+  for (const std::string& file : *files) EXPECT_TRUE(fs::exists(file)) << file;
+  const auto blocked = write_evaluation_figures(*inputs, *report, job_.estimate);
+  ASSERT_FALSE(blocked) << "a file is no folder";
+  EXPECT_EQ(blocked.error().code, ErrorCode::Unwritable);
+}
+
+}  // namespace
+}  // namespace waymark

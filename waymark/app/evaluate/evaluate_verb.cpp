@@ -1,0 +1,77 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/evaluate/trajectory_doubts.hpp"
+#include "waymark/app/evaluate/trajectory_text.hpp"
+#include "waymark/base/suggest.hpp"
+
+namespace waymark::cli {
+namespace {
+
+using namespace std::string_literals;
+
+struct TrajectoryArgs {
+  explicit TrajectoryArgs(CLI::App& verb) : settings(verb), scoring(settings, "scoring", "Scoring") {
+    add_fields(verb, job);
+    verb.add_flag("--json", json, "One JSON object instead of a table");
+  }
+
+  Settings settings;
+  EvaluateTrajectoryJob job{};
+  bool json = false;
+  OptionFlags<TrajectoryScoreOptions> scoring;
+};
+
+ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
+  EvaluateTrajectoryJob job = args.job;
+  if (job.estimate.empty() || job.reference.empty()) {
+    console.say("give two files, EST REF, or the verb 'detections'. " +
+                (nearest_word(job.estimate, {"detections"}).empty() ? "" : "Did you mean 'detections'? "s) +
+                "See `waymark evaluate --help`.");
+    return ExitCode::Usage;
+  }
+  const GivenFlags given = given_on(args.settings.app());
+  Status usable = check_effects(job, nullptr, given);
+  if (usable) usable = args.scoring.apply(job.scoring);
+  if (!usable) return console.failed(usable.error(), ExitCode::Usage);
+  const JobControl control = control_from(console);
+  const Result<EvaluationInputs> inputs = read_evaluation(job, control);
+  if (!inputs) return console.failed(inputs.error(), ExitCode::SomeFailed);
+  if (usable = check_effects(job, &inputs->reference, given); !usable)
+    return console.failed(usable.error(), ExitCode::Usage);
+  const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
+    console.say("warning: " + doubt);
+  if (job.figures.empty()) return ExitCode::Ok;
+  const auto files = write_evaluation_figures(*inputs, *report, job.figures);
+  if (!files) return console.failed(files.error(), ExitCode::SomeFailed);
+  for (const std::string& file : *files) console.say("wrote " + file);
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb evaluate_verb() {
+  return {
+      .name = "evaluate",
+      .sentence = "Compare an estimate with the ground truth",
+      .help =
+          R"(EST REF compares a trajectory with where the robot really was. Errors are measured at the same time (REF is
+interpolated), in REF's frame: ATE is the distance, RPE the error of a motion of --rpe-delta-s seconds, as evo
+defines them. path is the distance from REF's way whenever the robot was there; side the signed distance from the
+side of REF that points as the robot does. NEES measures whether the estimate's covariance is consistent: 3 on average is,
+more is overconfident; NIS (of the recordings of `waymark localize`) says the same of each observation: 1. Estimates
+that were called uncertain are counted, and not judged. Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 compared, 1 something could not be read or compared, 2 wrong usage.
+
+Examples:
+  waymark evaluate replay.mcap replay.mcap
+  waymark evaluate map/trajectory.txt map/truth_trajectory.txt --figures figures
+  waymark evaluate detections --truth truth.csv photograph.png
+)",
+      .prepare = prepared(evaluate),
+      .verbs = {evaluate_detections_verb()}};
+}
+
+}  // namespace waymark::cli

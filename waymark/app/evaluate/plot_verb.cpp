@@ -1,0 +1,35 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/evaluate/plot_figure.hpp"
+
+namespace waymark::cli {
+namespace {
+
+ExitCode plot_one(const PlotJob& job, Console& console) {
+  const Result<PlotReport> report = plot_figure(job, control_from(console));
+  if (!report) return fail_with(report.error(), console);
+  if (report->written.empty())
+    console.print(to_text(*report));
+  else
+    console.say("wrote " + report->written);
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb plot_verb() {
+  return {.name = "plot",
+          .sentence = "Draw one figure of a report into a file of its own",
+          .help =
+              R"(The figures that `waymark report` shows, one by one, for a paper or a slide.
+
+Exit code: 0 written or listed, 1 something could not be read or a file is there already, 2 wrong usage or no
+such figure.
+
+Examples:
+  waymark plot demo
+  waymark plot demo --figure floor -o floor.pdf
+)",
+          .prepare = prepared_job(plot_one)};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/app/common/lap_input.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/evaluation/recording_profile.hpp"
+#include "waymark/plot/page.hpp"
+#include "waymark/samples/estimated_pose.hpp"
+#include "waymark/samples/route.hpp"
+
+/// What a report and its single figures are made of.
+namespace waymark {
+
+/// One recording.
+struct DriveRun {
+  std::string file{};
+  RecordedLap lap{};
+  EstimatedTrajectory estimate{};             ///< empty when the recording holds none
+  std::optional<RecordingProfile> profile{};  ///< nothing where its speeds are not known
+};
+
+/// One map and what lies beside it.
+struct MapRun {
+  std::filesystem::path folder{};
+  MapFile map{};
+  std::optional<Route> route{};
+  Trajectory trajectory{};  ///< of the lap it was made of; empty when it is not there
+};
+
+struct Runs {
+  std::vector<DriveRun> drives{};  ///< in order of the files given; of a folder, earliest first
+  std::vector<MapRun> maps{};
+  std::vector<std::string> warnings{};
+};
+
+/// Each path is a recording, the folder of a map, or a folder with recordings (and perhaps a map/), as
+/// `waymark demo` leaves it. Fails on what is neither, and on what cannot be read.
+[[nodiscard]] Result<Runs> read_runs(const std::vector<std::string>& paths, const JobControl& control);
+
+/// The drive a map was made of, when it is among the runs (map.yaml names its recording).
+[[nodiscard]] const DriveRun* drive_of(const MapRun& map, const Runs& runs);
+
+/// The whole report: a section for each drive and map, and one that compares the drives. Fails when nothing
+/// in the runs can be shown.
+[[nodiscard]] Result<plot::Page> report_page(const Runs& runs, const JobControl& control);
+
+struct ReportSummary {
+  std::size_t sections = 0;
+  std::size_t bytes = 0;
+};
+
+struct ReportJob {
+  std::vector<std::string> runs{};  ///< as read_runs() has them
+  std::string output = "report.html";
+  bool force = false;  ///< replaces also what is no report
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.runs, JobField("runs RUN ...",
+                              "Recordings, folders of maps, or the folder of a demo; the first drive is what "
+                              "the others are compared with")
+                         .input()
+                         .required());
+    visit(self.output, JobField("output FILE", "HTML file to write"));
+    visit(self.force, JobField("force", "Replace a page that no report wrote"));
+  }
+};
+
+/// Writes the whole report of these paths to an HTML file. An older report is replaced, any other file only
+/// with `force`.
+[[nodiscard]] Result<ReportSummary> write_report(const std::vector<std::string>& paths,
+                                                 const std::filesystem::path& output, bool force,
+                                                 const JobControl& control);
+
+/// The figures of a page in order; of the same name, the second is called NAME_2. The caption is the title of
+/// the section.
+[[nodiscard]] std::vector<plot::PageFigure> figures_of(const plot::Page& page);
+
+/// The sections of the page, each in a file of its own.
+[[nodiscard]] plot::PageSection drive_section(const DriveRun& drive);
+[[nodiscard]] plot::PageSection map_section(const MapRun& map, const DriveRun* drive,
+                                            const JobControl& control);
+/// Nothing when there are no two drives whose truth is known.
+[[nodiscard]] std::optional<plot::PageSection> comparison_section(const Runs& runs);
+
+}  // namespace waymark

@@ -1,0 +1,100 @@
+#include "waymark/app/live/inputs.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/inputs/gamepad/pad_input.hpp"
+#include "waymark/inputs/keyboard/key_input.hpp"
+#include "waymark/inputs/keyboard/line_input.hpp"
+#include "waymark/robots/simulated/script_driver.hpp"
+#include "waymark/runtime/script_input.hpp"
+#include "waymark/runtime/viewer_input.hpp"
+#include "waymark/server/live_feed.hpp"
+
+namespace waymark {
+namespace {
+
+tl::unexpected<Error> no_driver(const std::string& name, const std::vector<std::string>& known) {
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", name), {.key = "--driver"},
+              suggestion(name, known));
+}
+
+Result<std::unique_ptr<OperatorInput>> make_input(const std::string& name, double speed_m_s,
+                                                  const SimulatedSetup& setup, bool stays) {
+  if (name == "gamepad") {
+    auto pad = open_gamepad();
+    if (!pad) return tl::unexpected(pad.error());
+    return std::make_unique<PadInput>(std::move(*pad), speed_m_s);
+  }
+  if (name == "keyboard") {
+    auto keys = TerminalKeys::open(STDIN_FILENO);
+    if (!keys) return tl::unexpected(keys.error());
+    return std::make_unique<KeyInput>(std::move(*keys), speed_m_s);
+  }
+  if (name == "lines") return std::make_unique<LineInput>(STDIN_FILENO);
+  if (name != "scripted") return no_driver(name, operator_inputs());
+  auto driver = ScriptDriver::make(setup, speed_m_s);
+  if (!driver) return tl::unexpected(driver.error());
+  return std::make_unique<ScriptInput>(std::move(*driver), stays);
+}
+
+}  // namespace
+
+std::vector<std::string> lap_drivers() { return {"scripted", "keyboard", "gamepad"}; }
+
+Status check_lap_driver(const std::string& name) {
+  const std::vector<std::string> known = lap_drivers();
+  return std::ranges::find(known, name) != known.end() ? Status() : no_driver(name, known);
+}
+
+Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, double speed_m_s,
+                                                   const SimulatedSetup& setup) {
+  if (name == "scripted") return ScriptDriver::make(setup, speed_m_s);
+  if (name == "gamepad") {
+    auto pad = open_gamepad();
+    if (!pad) return tl::unexpected(pad.error());
+    return in_real_time(std::make_unique<PadLapDriver>(std::move(*pad), speed_m_s));
+  }
+  if (name != "keyboard") return no_driver(name, lap_drivers());
+  auto keys = TerminalKeys::open(STDIN_FILENO);
+  if (!keys) return tl::unexpected(keys.error());
+  return in_real_time(std::make_unique<KeyLapDriver>(std::move(*keys), speed_m_s));
+}
+
+std::vector<std::string> operator_inputs() { return {"gamepad", "keyboard", "lines", "scripted", "page"}; }
+
+Result<std::unique_ptr<OperatorInput>> make_operator_input(const std::string& name, double speed_m_s,
+                                                           const SimulatedSetup& setup,
+                                                           const std::optional<ViewerLink>& viewers) {
+  if (!viewers && name == "page")
+    return fail(ErrorCode::InvalidArgument, "nobody sees the page", {.key = "--driver"},
+                "Add --view, or name another driver.");
+  if (!viewers) return make_input(name, speed_m_s, setup, false);
+  std::unique_ptr<OperatorInput> other;
+  ViewerInput::MakeScript script = [] { return std::unique_ptr<LapDriver>(); };
+  if (name == "page") {  // where the line is known a script drives it on request
+    script = [speed_m_s, &setup] {
+      auto driver = ScriptDriver::make(setup, speed_m_s);
+      return driver ? std::move(*driver) : std::unique_ptr<LapDriver>();
+    };
+  } else {
+    auto made = make_input(name, speed_m_s, setup, true);
+    if (!made) return made;
+    other = std::move(*made);
+  }
+  return std::make_unique<ViewerInput>(*viewers, std::move(other), std::move(script));
+}
+
+std::optional<ViewerLink> viewer_link(LiveFeed* feed) {
+  if (feed == nullptr) return std::nullopt;
+  return ViewerLink{.take_orders = [feed] { return feed->take_orders(); },
+                    .control = [feed] { return feed->control(); },
+                    .words = feed->words()};
+}
+
+}  // namespace waymark

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/app/live/robot_setup.hpp"
+
+/// The robots of `--robot KIND:ADDRESS`, which are driven by a process of their own
+/// (docs/formats/robot-process.md).
+namespace waymark {
+
+/// How a robot is started.
+struct RobotStart {
+  std::string robot_file{};  ///< what describes it where nobody names a file; empty: as load_setup() has it
+  RobotCommand process{};
+  std::string topics{};  ///< digest of what maps the robot's topics; empty: nothing does
+};
+
+/// A row of the table of kinds.
+struct RobotKind {
+  std::string_view name;     ///< before the colon
+  std::string_view address;  ///< behind it, as help calls it
+  std::string_view help;     ///< what the address is, in some words
+  /// `robot_file`: what a user names; empty: none. Fails on an address that makes no sense.
+  Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
+};
+
+/// All of them.
+[[nodiscard]] std::span<const RobotKind> robot_kinds();
+
+/// "sim" and, with `processes`, each kind as KIND:ADDRESS.
+[[nodiscard]] std::vector<std::string> robot_kind_names(bool processes);
+/// The same with what each address is, for help.
+[[nodiscard]] std::string robot_kinds_help(bool processes);
+
+/// Whether a word begins as `KIND:ADDRESS` does.
+[[nodiscard]] bool is_robot_kind(std::string_view word);
+
+/// The setup of a robot `KIND:ADDRESS`: load_setup() with its process. Nothing where `robot` begins with no
+/// kind.
+[[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
+                                                          const std::string& robot_file, std::uint64_t seed);
+
+/// The setup of `--robot`: "sim", which drives in a world, or, with `processes`, KIND:ADDRESS.
+[[nodiscard]] Result<RobotSetup> load_robot(const std::string& robot, const std::string& world,
+                                            const std::string& robot_file, std::uint64_t seed,
+                                            bool processes);
+
+/// Gives the setup of a robot that is a process the cameras of --camera-source: [NAME=]ADDRESS each.
+[[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
+
+/// Whether the robot sends tags instead of pictures, so that this computer looks for none.
+[[nodiscard]] bool finds_tags_itself(const std::string& robot);
+
+}  // namespace waymark

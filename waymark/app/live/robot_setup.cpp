@@ -1,0 +1,98 @@
+#include "waymark/app/live/robot_setup.hpp"
+
+#include <system_error>
+#include <utility>
+
+#include "waymark/config/faults_file.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/world_file.hpp"
+#include "waymark/config/world_robot.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 22U;
+
+/// Where a file is and what it says.
+struct Found {
+  std::string path;
+  std::string text;
+};
+
+Result<Found> find(const char* folder, const std::string& name) {
+  const auto path = find_shared(folder, name);
+  if (!path) return tl::unexpected(path.error());
+  const auto text = read_text_file(*path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return Found{path->string(), *text};
+}
+
+/// The one that is named; else that of the world; else the usual one.
+Result<std::string> name_of_robot(const std::string& robot_file, const Found& world_file) {
+  constexpr const char* kUsual = "limo";
+  if (!robot_file.empty()) return robot_file;
+  if (world_file.text.empty()) return kUsual;
+  Result<std::string> of_world = robot_of_world(world_file.text, world_file.path);
+  if (of_world && of_world->empty()) return kUsual;
+  return of_world;
+}
+
+SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t seed) {
+  options.seed = seed;
+  return options;
+}
+
+}  // namespace
+
+Result<RobotSetup> load_setup(const std::string& world_name, const std::string& robot_file,
+                              std::uint64_t seed) {
+  Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name);
+  if (!world_file) return tl::unexpected(world_file.error());
+  Result<World> world = world_name.empty() ? World() : parse_world(world_file->text, world_file->path);
+  if (!world) return tl::unexpected(world.error());
+  const Result<std::string> robot_name = name_of_robot(robot_file, *world_file);
+  if (!robot_name) return tl::unexpected(robot_name.error());
+  const Result<Found> robot_text = find("robots", *robot_name);
+  if (!robot_text) return tl::unexpected(robot_text.error());
+  const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
+  if (!robot) return tl::unexpected(robot.error());
+  return RobotSetup{.simulated = {.world = std::move(*world),
+                                  .model = robot->model,
+                                  .camera = robot->camera,
+                                  .robot = with_seed(robot->simulation, seed),
+                                  .camera_name = robot->camera_name,
+                                  .more_cameras = robot->more_cameras},
+                    .world_yaml = world_file->text,
+                    .robot_yaml = robot_text->text,
+                    .robot_path = robot_text->path,
+                    .commissioned = robot->commissioned};
+}
+
+std::string robot_file_in(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "robot.yaml";
+  std::error_code ignored;
+  return std::filesystem::exists(file, ignored) ? file.string() : std::string();
+}
+
+Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, RobotSetup& setup) {
+  FlagRefusals refused(given);
+  refused.flags(!setup.process.empty(), {"--images", "--threads", "--faults"},
+                "only a simulated robot is asked for this", "Leave it out, or --robot process:CMD.");
+  refused.flags(!words.images, {"--threads"}, "without pictures there is nothing to do on threads",
+                "Add --images, or leave it out.");
+  if (!refused.status()) return refused.status();
+  setup.simulated.threads = words.threads;
+  if (words.faults.empty()) return {};
+  auto faults = read_faults(words.faults, setup.simulated.world);
+  if (!faults) return tl::unexpected(faults.error());
+  setup.simulated.robot.faults = std::move(*faults);
+  return {};
+}
+
+void refuse_seed(bool when, FlagRefusals& refused) {
+  refused.flags(when, {"--seed"}, "nothing is drawn at random for a robot that is a process",
+                "Leave it out; a simulated process takes a seed of its own.");
+}
+
+}  // namespace waymark

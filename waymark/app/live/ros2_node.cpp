@@ -1,0 +1,276 @@
+#include "waymark/app/live/ros2_node.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/codecs/image_codec.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/plot/annotate.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/ros2/initial_pose.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kSlice = std::chrono::milliseconds(5);
+constexpr Duration kStatusPeriod = std::chrono::seconds(1);
+constexpr std::size_t kOdometryKept = 100;
+constexpr std::size_t kMostPoses = 5000;  // of the path
+constexpr const char* kServices[] = {"start_teach", "map", "replay", "pause", "stop"};
+
+/// What each service needs, and does.
+struct Rule {
+  std::string_view service;
+  std::string_view phase;
+  ViewerOrder::Kind press;
+};
+using Kind = ViewerOrder::Kind;
+constexpr Rule kRules[] = {
+    {"start_teach", "idle", Kind::Teach}, {"start_teach", "ready", Kind::Teach},
+    {"start_teach", "done", Kind::Teach}, {"start_teach", "stopped", Kind::Teach},
+    {"map", "teaching", Kind::Go},        {"replay", "ready", Kind::Go},
+    {"replay", "done", Kind::Go},         {"replay", "stopped", Kind::Go},
+    {"replay", "paused", Kind::Go},       {"pause", "replaying", Kind::Go},
+    {"stop", "replaying", Kind::Stop},    {"stop", "paused", Kind::Stop},
+    {"stop", "teaching", Kind::Stop},
+};
+
+/// The odometry at a moment: the newest that is not later, else the oldest.
+const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
+  const auto later = std::ranges::find_if(all, [&](const Odometry& one) { return one.stamp > stamp; });
+  if (all.empty()) return nullptr;
+  return later == all.begin() ? &*later : &*std::prev(later);
+}
+
+/// But for what changes all the time while the robot drives: that can wait for the next second.
+bool is_as_before(LiveStatus now, const LiveStatus& before) {
+  now.driven_m = before.driven_m;
+  now.goal_m = before.goal_m;
+  now.dropped_pictures = before.dropped_pictures;
+  return now == before;
+}
+
+}  // namespace
+
+ViewerWords service_words() {
+  const std::string buttons = fmt::format("services of ROS 2: /waymark/{}", fmt::join(kServices, ", "));
+  const auto of_state = [](OperatorState state) {
+    const Kind pressed = state == OperatorState::Idle ? Kind::Teach : Kind::Go;
+    const auto go = std::ranges::find_if(
+        kRules, [&](const Rule& rule) { return rule.phase == to_string(state) && rule.press == pressed; });
+    const std::string_view name = go == std::end(kRules) ? "replay" : go->service;
+    return OperatorButtons{fmt::format("/waymark/{}", name), "/waymark/stop", "another program drives"};
+  };
+  return {.alone = "its buttons are " + buttons,
+          .beside = "the same buttons are " + buttons,
+          .stopped = "stopped by a service of ROS 2",
+          .buttons = of_state};
+}
+
+ServiceButton button_of_service(const std::string& service, const std::string& phase) {
+  for (const Rule& rule : kRules)
+    if (rule.service == service && rule.phase == phase)
+      return {rule.press, fmt::format("{} in phase {}", service, phase)};
+  if (service == "stop") return {Kind::Stop, "stop"};  // whatever happens, it is never refused
+  return {{}, fmt::format("{} has no effect in phase '{}'", service, phase)};
+}
+
+Result<std::unique_ptr<Ros2Node>> Ros2Node::start(std::unique_ptr<Bus> bus, LiveFeed& feed, NodeRobot robot) {
+  std::unique_ptr<Ros2Node> node(new Ros2Node(std::move(bus), feed, std::move(robot)));
+  Status status = node->offer_services();
+  if (status) status = node->frames_.join(*node->bus_);
+  if (status) status = node->hear_initial_pose();
+  if (!status) return tl::unexpected(status.error());
+  feed.set_listening(true);
+  node->thread_ = std::thread([raw = node.get()] { raw->run(); });
+  return node;
+}
+
+Ros2Node::~Ros2Node() {
+  over_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+Status Ros2Node::offer_services() {
+  for (const std::string service : kServices) {
+    const auto answer = [this, service]() -> TriggerReply {
+      const ServiceButton button = button_of_service(service, status_.phase);
+      if (button.press) feed_.order({.kind = *button.press});
+      return {button.press.has_value(), button.words};
+    };
+    if (Status status = services_.offer("/waymark/" + service, answer); !status) return status;
+  }
+  return {};
+}
+
+Status Ros2Node::hear_initial_pose() {
+  const auto number = bus_->subscribe(dds_topic(kInitialPoseTopic, ros2::PoseWithCovarianceStamped::kType),
+                                      {.reliable = false, .depth = 1});
+  if (!number) return tl::unexpected(number.error());
+  initial_pose_ = *number;
+  return {};
+}
+
+void Ros2Node::receive(const BusMessage& message) {
+  if (frames_.take(*bus_, message) || services_.receive(message) || message.subscription != initial_pose_)
+    return;
+  const Result<GivenPose> given = read_initial_pose(message.bytes);
+  if (given) return feed_.order({.kind = ViewerOrder::Kind::GivePose, .pose = *given});
+  ++refused_poses_;
+  status_said_ = {};  // at once
+  feed_.order({.kind = ViewerOrder::Kind::Words,
+               .words = fmt::format("a given pose is refused ({} so far): {}", refused_poses_,
+                                    to_string(given.error()))});
+}
+
+void Ros2Node::run() {
+  while (!over_) {
+    if (const auto message = bus_->next(kSlice)) receive(*message);
+    publish_updates();
+  }
+}
+
+std::optional<std::size_t> Ros2Node::publisher_of(const std::string& topic, std::string_view type,
+                                                  const TopicQos& qos) {
+  const auto known = publishers_.find(topic);
+  if (known != publishers_.end()) return known->second;
+  const auto made = bus_->advertise(dds_topic(topic, type), qos);
+  if (!made) return std::nullopt;
+  publishers_.emplace(topic, *made);
+  return *made;
+}
+
+template <class Message>
+void Ros2Node::publish(const std::string& topic, const Message& message, bool kept) {
+  const TopicQos qos{.transient_local = kept, .depth = kept ? 1 : 10};
+  if (const auto publisher = publisher_of(topic, Message::kType, qos))
+    (void)bus_->publish(*publisher, cdr::encode(message));
+}
+
+/// With the newest picture, the one that they were found in: ten a second, where somebody subscribes to them.
+void Ros2Node::show(const TagFrame& tags) {
+  constexpr Duration kPeriod = std::chrono::milliseconds(100);
+  constexpr int kQuality = 80;
+  constexpr TopicQos kPictures{.reliable = true, .depth = 2, .large = true};
+  if (!picture_ || picture_->stamp != tags.stamp || picture_->camera != tags.camera) return;
+  const auto publisher = publisher_of("/waymark/image/compressed", ros2::CompressedImage::kType, kPictures);
+  if (!publisher || steady_now() - shown_ < kPeriod || bus_->matched_subscriptions(*publisher) == 0) return;
+  shown_ = steady_now();
+  const auto drawn = plot::annotate(picture_->image.view(), tags.detections);
+  auto jpeg = drawn ? encode_jpeg(*drawn, kQuality) : tl::unexpected(drawn.error());
+  if (!jpeg) return;
+  const ros2::CompressedImage message{.header = {ros2::to_ros(tags.stamp), frames_.camera(tags.camera)},
+                                      .format = "jpeg",
+                                      .data = std::move(*jpeg)};
+  (void)bus_->publish(*publisher, cdr::encode(message));
+}
+
+void Ros2Node::take_back(LiveSample& sample) {
+  auto* received = std::get_if<Sample>(&sample.value);
+  auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
+  if (picture == nullptr) return;
+  if (picture_) feed_.give_back(std::move(*picture_));
+  picture_ = std::move(*picture);
+}
+
+void Ros2Node::publish_updates() {
+  LiveFeed::Updates updates = feed_.take();
+  for (LiveSample& sample : updates.samples) {
+    std::visit([this](const auto& value) { say(value); }, sample.value);
+    keep_clock(sample);
+    take_back(sample);
+  }
+  if (updates.shapes && updates.shapes != std::exchange(shapes_, updates.shapes))
+    publish("/waymark/markers", *shapes_, true);
+  const Duration now = steady_now();
+  if (is_as_before(updates.status, status_) && now - status_said_ < kStatusPeriod) return;
+  if (updates.status.phase != status_.phase) path_.poses.clear();
+  status_ = updates.status;
+  status_said_ = now;
+  say_status(status_);
+}
+
+void Ros2Node::say(const Sample& sample) {
+  frames_.robot_speaks(steady_now());
+  if (const auto* odometry = std::get_if<Odometry>(&sample)) {
+    odometry_.push_back(*odometry);
+    if (odometry_.size() > kOdometryKept) odometry_.pop_front();
+  }
+  if (const auto* tags = std::get_if<TagFrame>(&sample)) say(*tags);
+}
+
+/// Under a name that is not the robot's nobody could place them.
+void Ros2Node::say(const TagFrame& tags) {
+  if (!frames_.settled(steady_now())) return;
+  mount(tags.camera);
+  ros2::AprilTagDetectionArray message = ros2::to_ros(tags);
+  message.header.frame_id = frames_.camera(tags.camera);
+  publish("/waymark/tags", message);
+  show(tags);
+}
+
+void Ros2Node::mount(const std::string& camera) {
+  if (const auto mountings = frames_.mount(*bus_, camera, steady_now()))
+    publish("/tf_static", *mountings, true);
+}
+
+/// The way of the messages only adds to it: the smallest counts.
+void Ros2Node::keep_clock(const LiveSample& sample) {
+  const auto* received = std::get_if<Sample>(&sample.value);
+  const auto* odometry = received != nullptr ? std::get_if<Odometry>(received) : nullptr;
+  if (odometry == nullptr) return;
+  behind_s_.push_back(1e-9 *
+                      static_cast<double>(sample.host_ns - odometry->stamp.time_since_epoch().count()));
+  if (behind_s_.size() > kOdometryKept) behind_s_.pop_front();
+}
+
+void Ros2Node::say(const ros2::PoseWithCovarianceStamped& estimate) {
+  publish("/waymark/pose", estimate);
+  const SensorTime stamp = ros2::from_ros(estimate.header.stamp);
+  if (const Odometry* odometry = odometry_at(odometry_, stamp)) {
+    const SE3 map_T_odom = ros2::from_ros(estimate.pose.pose) * lift(odometry->odom_T_base).inverse();
+    if (frames_.settled(steady_now()))
+      publish("/tf",
+              ros2::TFMessage{{ros2::to_ros_transform(stamp, ros2::kMapFrame, frames_.odom(), map_T_odom)}});
+  }
+  if (path_.poses.size() >= kMostPoses)
+    path_.poses.erase(path_.poses.begin(), path_.poses.begin() + kMostPoses / 2);
+  path_.header = estimate.header;
+  path_.poses.push_back({estimate.header, estimate.pose.pose});
+  constexpr std::size_t kEach = 10;  // a whole path each time is long
+  if (path_.poses.size() % kEach == 0) publish("/waymark/path", path_);
+}
+
+void Ros2Node::say(const ros2::DiagnosticArray& compared) { publish("/waymark/nis", compared); }
+
+void Ros2Node::say_status(const LiveStatus& status) {
+  const bool lost = status.certain && !*status.certain;
+  const bool stands = !status.reason.empty() || !status.halted.empty();
+  ros2::DiagnosticStatus one{
+      .level = static_cast<std::uint8_t>(stands ? 2
+                                         : lost ? 1
+                                                : 0),
+      .name = "waymark: drive",
+      .message = stands ? (status.halted.empty() ? status.reason : status.halted) : status.phase,
+      .hardware_id = "waymark"};
+  one.values = {{"phase", status.phase},
+                {"certain", !status.certain   ? "unknown"
+                            : *status.certain ? "true"
+                                              : "false"},
+                {"driven_m", std::to_string(status.driven_m)},
+                {"goal_m", std::to_string(status.goal_m)},
+                {"dropped_pictures", std::to_string(status.dropped_pictures)},
+                {"robot_clock_behind_s",
+                 behind_s_.empty() ? "unknown" : fmt::format("{:.3f}", *std::ranges::min_element(behind_s_))},
+                {"refused_initial_poses", std::to_string(refused_poses_)}};
+  ros2::DiagnosticArray message{.status = {std::move(one)}};
+  const auto now = std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
+  message.header.stamp = ros2::to_ros(SensorTime(now));
+  publish("/diagnostics", message);
+}
+
+}  // namespace waymark

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "waymark/app/live/robot_frames.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/robots/dds/bus.hpp"
+#include "waymark/robots/ros2/trigger_service.hpp"
+#include "waymark/server/live_feed.hpp"
+
+namespace waymark {
+
+/// What a drive says, to any ROS 2 program (docs/howto/ros2.md): /tf from map to odom (REP 105),
+/// /waymark/pose, /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed where somebody
+/// wants it, /diagnostics; /tf_static of cameras whose frames nobody joins to the base; and the services
+/// /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger), which are the buttons of the drive.
+/// Who publishes /initialpose says where the robot is.
+/// On a thread of its own, which takes the feed.
+class Ros2Node {
+ public:
+  /// The feed outlives the node.
+  static Result<std::unique_ptr<Ros2Node>> start(std::unique_ptr<Bus> bus, LiveFeed& feed,
+                                                 NodeRobot robot = {});
+  ~Ros2Node();
+  Ros2Node(const Ros2Node&) = delete;
+  Ros2Node& operator=(const Ros2Node&) = delete;
+
+ private:
+  Ros2Node(std::unique_ptr<Bus> bus, LiveFeed& feed, NodeRobot robot)
+      : bus_(std::move(bus)), services_(*bus_), feed_(feed), frames_(std::move(robot)) {}
+  Status offer_services();
+  Status hear_initial_pose();
+  void receive(const BusMessage& message);
+  void run();
+  void publish_updates();
+  void say(const Sample& sample);
+  void say(const TagFrame& tags);
+  void mount(const std::string& camera);
+  void keep_clock(const LiveSample& sample);
+  void show(const TagFrame& tags);
+  void take_back(LiveSample& sample);
+  void say(const ros2::PoseWithCovarianceStamped& estimate);
+  void say(const ros2::DiagnosticArray& compared);
+  void say_status(const LiveStatus& status);
+  /// The number of the publisher of a topic; nothing where the network makes none, and the drive goes on.
+  std::optional<std::size_t> publisher_of(const std::string& topic, std::string_view type,
+                                          const TopicQos& qos);
+  template <class Message>
+  void publish(const std::string& topic, const Message& message, bool kept = false);
+
+  std::unique_ptr<Bus> bus_;
+  TriggerServices services_;
+  LiveFeed& feed_;
+  RobotFrames frames_;
+  LiveStatus status_{};
+  std::deque<double> behind_s_{};         ///< this computer's clock less the stamps of odometry
+  std::optional<CameraFrame> picture_{};  ///< the newest
+  Duration shown_{};                      ///< when a picture was published
+  std::shared_ptr<const ros2::MarkerArray> shapes_{};
+  std::deque<Odometry> odometry_{};
+  ros2::Path path_{};
+  Duration status_said_{};
+  std::map<std::string, std::size_t> publishers_{};
+  std::size_t initial_pose_ = 0;  ///< subscription
+  int refused_poses_ = 0;
+  std::atomic<bool> over_ = false;
+  std::thread thread_{};
+};
+
+/// Which button a service presses in a phase of the drive, or why none; the phases are those of
+/// OperatorState.
+struct ServiceButton {
+  std::optional<ViewerOrder::Kind> press{};
+  std::string words{};
+};
+[[nodiscard]] ServiceButton button_of_service(const std::string& service, const std::string& phase);
+/// What an operator is told of them.
+[[nodiscard]] ViewerWords service_words();
+
+}  // namespace waymark

@@ -1,0 +1,163 @@
+#include "waymark/app/live/ros2_node.hpp"
+
+#include <algorithm>
+#include <set>
+#include <thread>
+
+#include "tests/support/node_drive.hpp"
+#include "waymark/codecs/image_codec.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+using test::Node;
+
+TEST_F(Node, DiagnosticsHaveTheClockAndComeOnceASecondWhileItDrives) {
+  const SensorTime stamp(std::chrono::seconds(100));
+  const Duration began = steady_now();
+  const std::int64_t behind_ns = 250'000'000;
+  for (int i = 0; steady_now() - began < std::chrono::milliseconds(1500); ++i) {
+    feed_.publish(Sample(Odometry{.stamp = stamp}), stamp.time_since_epoch().count() + behind_ns + i);
+    feed_.tell({.phase = "replaying", .driven_m = 0.01 * i});
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const auto all = sent("rt/diagnostics", 2);
+  EXPECT_LE(all.size(), 4U) << "the first, the phase, one a second";
+  const auto newest = cdr::decode<ros2::DiagnosticArray>(all.back());
+  ASSERT_TRUE(newest);
+  const auto& values = newest->status[0].values;
+  const auto clock =
+      std::ranges::find_if(values, [](const auto& one) { return one.key == "robot_clock_behind_s"; });
+  ASSERT_NE(clock, values.end());
+  EXPECT_EQ(clock->value, "0.250");
+}
+
+TEST_F(Node, MapToOdomPutsTheRobotWhereTheEstimateHasIt) {
+  const SensorTime stamp(std::chrono::seconds(100));
+  const SE2 odom_T_base(1, 2, 0.5);
+  const SE2 map_T_base(4, -1, -0.25);
+  feed_.publish(Sample(Odometry{.stamp = stamp, .odom_T_base = odom_T_base}), 0);
+  feed_.publish(Sample(Odometry{.stamp = stamp + std::chrono::milliseconds(20), .odom_T_base = SE2(9, 9, 0)}),
+                0);
+  ros2::PoseWithCovarianceStamped estimate{.header = {ros2::to_ros(stamp), "map"}};
+  estimate.pose.pose = ros2::to_ros(lift(map_T_base));
+  feed_.publish(estimate, 0);
+  const auto frames = sent("rt/tf", 1);
+  ASSERT_EQ(frames.size(), 1U);
+  const auto message = cdr::decode<ros2::TFMessage>(frames[0]);
+  ASSERT_TRUE(message && message->transforms.size() == 1);
+  EXPECT_EQ(message->transforms[0].header.frame_id, "map");
+  EXPECT_EQ(message->transforms[0].child_frame_id, "odom");
+  const SE3 map_T_odom = ros2::from_ros(message->transforms[0]);
+  EXPECT_TRUE((map_T_odom * lift(odom_T_base)).matrix().isApprox(lift(map_T_base).matrix(), 1e-12))
+      << "by the odometry of that moment, not by a later one";
+  EXPECT_EQ(sent("rt/waymark/pose", 1).size(), 1U);
+}
+
+TEST_F(Node, AServiceAnswersAClientOfEitherKindAndPressesTheButton) {
+  feed_.tell({.phase = "idle"});
+  ASSERT_FALSE(sent("rt/diagnostics", 1).empty());
+  const std::vector<std::uint8_t> plain = {0, 1, 0, 0, 0};  // rmw_fastrtps: nothing but a filling byte
+  RequestIdentity client{.sequence = 7};
+  client.guid[3] = 9;
+  request("rq/waymark/pauseRequest", plain, client);
+  auto replies = sent("rr/waymark/pauseReply", 1);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0][4], 0) << "no success in this phase";
+  ASSERT_EQ(network_.answered.size(), 1U);
+  EXPECT_EQ(network_.answered[0].sequence, 7);
+  EXPECT_EQ(network_.answered[0].guid, client.guid);
+  EXPECT_TRUE(feed_.take_orders().empty());
+
+  std::vector<std::uint8_t> headed = {0, 1, 0, 0};  // rmw_cyclonedds: a header of 16 bytes before it
+  for (std::uint8_t i = 0; i < 17; ++i) headed.push_back(i);
+  request("rq/waymark/start_teachRequest", headed);
+  replies = sent("rr/waymark/start_teachReply", 1);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_TRUE(std::equal(headed.begin(), headed.begin() + 20, replies[0].begin())) << "its header comes back";
+  EXPECT_EQ(replies[0][20], 1) << "success";
+  const auto orders = feed_.take_orders();
+  ASSERT_EQ(orders.size(), 1U);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Teach);
+}
+
+TEST_F(Node, APoseThatSomebodyGivesIsAnOrderAndARefusedOneIsCounted) {
+  ros2::PoseWithCovarianceStamped message{.header = {{}, "odom"}};
+  message.pose.pose = ros2::to_ros(lift(SE2(1, 2, 0.5)));
+  message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.04;
+  const auto counted = [&] {
+    const auto all = sent("rt/diagnostics", 1);
+    return cdr::decode<ros2::DiagnosticArray>(all.back())->status[0].values.back();
+  };
+  EXPECT_EQ(counted().value, "0");
+  request("rt/initialpose", cdr::encode(message));
+  std::vector<ViewerOrder> orders;
+  const Duration deadline = steady_now() + std::chrono::seconds(10);
+  while (orders.empty() && steady_now() < deadline) orders = feed_.take_orders();
+  ASSERT_EQ(orders.size(), 1U);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Words);
+  EXPECT_NE(orders[0].words.find("the pose is in the frame 'odom', not in 'map'"), std::string::npos);
+  while (counted().value == "0" && steady_now() < deadline) {
+  }
+  EXPECT_EQ(counted().key, "refused_initial_poses");
+  EXPECT_EQ(counted().value, "1");
+  message.header.frame_id = "map";
+  request("rt/initialpose", cdr::encode(message));
+  for (orders.clear(); orders.empty() && steady_now() < deadline;) orders = feed_.take_orders();
+  ASSERT_EQ(orders.size(), 1U);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::GivePose);
+  EXPECT_NEAR(orders[0].pose.map_T_base.yaw(), 0.5, 1e-12);
+}
+
+TEST_F(Node, APictureWithItsTagsIsShownToWhoeverSubscribes) {
+  const SensorTime stamp(std::chrono::seconds(100));
+  feed_.publish(Sample(CameraFrame{.stamp = stamp, .camera = "front", .image = Image(64, 48)}), 0);
+  feed_.publish(Sample(TagFrame{.stamp = stamp + std::chrono::seconds(1), .camera = "front"}),
+                0);  // of another
+  TagDetection tag;
+  tag.corners_px = {{{10, 10}, {30, 10}, {30, 30}, {10, 30}}};
+  feed_.publish(Sample(TagFrame{.stamp = stamp, .camera = "front", .detections = {tag}}), 0);
+  const auto shown = sent("rt/waymark/image/compressed", 1);
+  ASSERT_EQ(shown.size(), 1U);
+  const auto message = cdr::decode<ros2::CompressedImage>(shown[0]);
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->header.frame_id, "front_optical");
+  EXPECT_EQ(ros2::from_ros(message->header.stamp), stamp);
+  EXPECT_EQ(message->format, "jpeg");
+  const auto picture = decode_image(message->data, "picture");
+  ASSERT_TRUE(picture) << to_string(picture.error());
+  EXPECT_EQ(picture->width(), 64);
+  EXPECT_GT(picture->view().at(20, 10), 20) << "the edge of the tag, on black";
+}
+
+TEST(Ros2Services, StopIsNeverRefusedAndNothingElseActsOutOfTurn) {
+  for (const char* phase :
+       {"", "idle", "teaching", "mapping", "ready", "replaying", "paused", "done", "stopped"}) {
+    EXPECT_EQ(button_of_service("stop", phase).press, ViewerOrder::Kind::Stop) << phase;
+    const bool stands = std::set<std::string>{"idle", "ready", "done", "stopped"}.contains(phase);
+    EXPECT_EQ(button_of_service("start_teach", phase).press,
+              stands ? std::optional(ViewerOrder::Kind::Teach) : std::nullopt)
+        << phase;
+    EXPECT_EQ(button_of_service("map", phase).press.has_value(), phase == std::string("teaching")) << phase;
+    EXPECT_EQ(button_of_service("pause", phase).press.has_value(), phase == std::string("replaying"))
+        << phase;
+  }
+  EXPECT_FALSE(button_of_service("replay", "replaying").press) << "it would pause";
+  EXPECT_TRUE(button_of_service("replay", "paused").press);
+}
+
+TEST(Ros2Services, OperatorsAreToldWhichOneActsNow) {
+  using S = OperatorState;
+  const ViewerWords words = service_words();
+  EXPECT_NE(words.alone.find("/waymark/start_teach, "), std::string::npos) << words.alone;
+  const std::pair<S, const char*> buttons[] = {
+      {S::Idle, "/waymark/start_teach"}, {S::Teaching, "/waymark/map"},  {S::Ready, "/waymark/replay"},
+      {S::Replaying, "/waymark/pause"},  {S::Paused, "/waymark/replay"}, {S::Stopped, "/waymark/replay"}};
+  for (const auto& [state, service] : buttons) EXPECT_EQ(words.buttons(state).go, service);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/app/localize/localize_log.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+#include "waymark/samples/trajectory.hpp"
+
+namespace waymark {
+
+/// Where samples come from that are localised, for what is written.
+struct LocalizeSource {
+  std::string name{};                    ///< in the metadata
+  bool live = false;                     ///< every sample is recorded, and what the recording is made with
+  std::string images{};                  ///< with `live`: how pictures are recorded (record_picture())
+  std::string robot_yaml{};              ///< with `live`: of the robot
+  std::vector<MountedCamera> cameras{};  ///< with `live`
+};
+
+/// Fails on an output whose name says nothing of what it should hold, and on poses that would be written over
+/// a file.
+[[nodiscard]] Status check_localize_output(const LocalizeJob& job);
+
+/// What a run of the localizer says, as it is reported and written.
+class LocalizeOutput {
+ public:
+  /// Opens the output of the job, if it has one. Fails on a name that says nothing of what it should hold,
+  /// and on a file that is there or cannot be written.
+  [[nodiscard]] static Result<LocalizeOutput> open(const LocalizeJob& job, const LocalizerSetup& setup,
+                                                   const LocalizeSource& source);
+
+  Status on_sample(const Sample& sample);
+  /// One with an older stamp than the last is passed over.
+  Status on_estimate(const LocalizationEstimate& estimate);
+  Status on_comparison(const NisRecord& record);
+  /// A certain pose in six degrees of freedom, which counts as no estimate.
+  Status on_pose(SensorTime stamp, const ros2::PoseWithCovarianceStamped& pose);
+  /// Closes the recording, or writes the poses, unless the run failed. What is known by then: all but
+  /// `lasting_nis`, `wall_s` and `problems`.
+  [[nodiscard]] Result<LocalizeReport> close(bool failed);
+
+ private:
+  LocalizeOutput(std::string poses, LocalizeSource source)
+      : poses_file_(std::move(poses)), source_(std::move(source)) {}
+
+  std::string poses_file_;  ///< empty: none
+  LocalizeSource source_;
+  std::optional<SampleRecorder> recorder_{};
+  std::optional<SensorTime> first_{};
+  SensorTime newest_{};
+  Trajectory trajectory_{};
+  std::optional<SensorTime> last_{};
+  LocalizeReport report_{};
+  double nis_sum_ = 0;
+};
+
+}  // namespace waymark

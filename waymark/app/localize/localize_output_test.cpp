@@ -1,0 +1,191 @@
+// What a run of the localizer writes and what is said of it.
+#include "waymark/app/localize/localize_output.hpp"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/trajectory_files.hpp"
+#include "waymark/app/evaluate/trajectory_text.hpp"
+#include "waymark/app/localize/localize_text.hpp"
+#include "waymark/config/trajectory_file.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+SensorTime at_ms(int ms) { return SensorTime(std::chrono::milliseconds(ms)); }
+
+LocalizationEstimate estimate(int ms, double x_m, bool certain = true) {
+  Eigen::Matrix3d P = Eigen::Vector3d(1e-4, 4e-4, 9e-4).asDiagonal();
+  P(0, 1) = P(1, 0) = 5e-5;
+  return {.stamp = at_ms(ms), .map_T_base = SE2(x_m, 2, 0.5), .covariance = P, .certain = certain};
+}
+
+class Output : public ::testing::Test {
+ protected:
+  Result<LocalizeOutput> open(const std::string& name, const LocalizeSource& source = {.name = "lap.mcap"}) {
+    job_.output = name.empty() ? "" : (folder_ / name).string();
+    return LocalizeOutput::open(job_, {}, source);
+  }
+  fs::path folder_ = testing::fresh_folder("jobs_output");
+  LocalizeJob job_{.map = "somewhere/map.yaml"};
+};
+
+TEST_F(Output, CertainPosesAreWrittenAndGuessesAreCounted) {
+  auto output = open("poses.txt");
+  ASSERT_TRUE(output) << to_string(output.error());
+  EXPECT_TRUE(output->on_sample(Odometry{.stamp = at_ms(1000)}));
+  EXPECT_TRUE(output->on_estimate(estimate(1500, 0, false)));
+  EXPECT_TRUE(output->on_estimate(estimate(2500, 1)));
+  EXPECT_TRUE(output->on_estimate(estimate(2500, 7))) << "the same stamp again";
+  EXPECT_TRUE(output->on_estimate(estimate(2000, 7))) << "an older one";
+  EXPECT_TRUE(output->on_estimate(estimate(3000, 2)));
+  EXPECT_TRUE(output->on_sample(Odometry{.stamp = at_ms(4000)}));
+  const auto report = output->close(false);
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->estimates, 3U);
+  EXPECT_EQ(report->certain, 2U);
+  ASSERT_TRUE(report->first_fix_s);
+  EXPECT_NEAR(*report->first_fix_s, 1.5, 1e-9);
+  EXPECT_NEAR(report->duration_s, 3, 1e-9);
+  EXPECT_EQ(report->last->map_T_base.x(), 2);
+  const auto poses = read_trajectory(job_.output);
+  ASSERT_TRUE(poses) << to_string(poses.error());
+  ASSERT_EQ(poses->size(), 2U);
+  EXPECT_EQ((*poses)[0].stamp, at_ms(2500));
+  EXPECT_NEAR((*poses)[1].map_T_base.translation().x(), 2, 1e-6);
+}
+
+TEST_F(Output, ARunThatFailedLeavesNoPoses) {
+  auto output = open("poses.tum");
+  ASSERT_TRUE(output);
+  EXPECT_TRUE(output->on_estimate(estimate(100, 1)));
+  EXPECT_TRUE(output->close(true));
+  EXPECT_THAT(test::names_in(folder_), IsEmpty());
+}
+
+TEST_F(Output, ARecordingHoldsEstimatesGuessesAndComparisons) {
+  auto output = open("estimate.mcap");
+  ASSERT_TRUE(output) << to_string(output.error());
+  EXPECT_TRUE(output->on_sample(Odometry{.stamp = at_ms(1000)}));
+  EXPECT_TRUE(output->on_sample(TagFrame{.stamp = at_ms(1100)}));
+  EXPECT_TRUE(output->on_estimate(estimate(1200, 1)));
+  EXPECT_TRUE(output->on_estimate(estimate(1300, 1, false)));
+  const TagId tag{FamilyId::Tag36h11, 3};
+  EXPECT_TRUE(
+      output->on_comparison({.stamp = at_ms(1200), .tag = tag, .nis = 4, .rows = 8, .accepted = true}));
+  EXPECT_TRUE(
+      output->on_comparison({.stamp = at_ms(1250), .tag = tag, .nis = 400, .rows = 8, .accepted = false}));
+  const auto report = output->close(false);
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->compared, 2U);
+  EXPECT_EQ(report->accepted, 1U);
+  EXPECT_NEAR(report->nis_mean, 0.5, 1e-12) << "of those accepted, over their degrees of freedom";
+  const auto poses = read_estimate(job_.output, "");
+  ASSERT_TRUE(poses) << to_string(poses.error());
+  EXPECT_EQ(poses->size(), 1U);
+  const auto nis = read_nis(job_.output, at_ms(0), at_ms(9000));
+  ASSERT_TRUE(nis);
+  EXPECT_NEAR(nis->mean, 0.5, 1e-3);
+  EXPECT_EQ(nis->rejected, 1U);
+  EXPECT_EQ(count_uncertain(job_.output, at_ms(0), at_ms(9000)), 1U);
+}
+
+TEST_F(Output, WhatCannotBeWrittenIsSaidAtTheStart) {
+  std::ofstream(folder_ / "there.txt") << "older";
+  const auto there = open("there.txt");
+  ASSERT_FALSE(there);
+  EXPECT_EQ(there.error().code, ErrorCode::Unwritable);
+  EXPECT_EQ(test::file_text(folder_ / "there.txt"), "older");
+  const auto nameless = open("estimate.bin");
+  ASSERT_FALSE(nameless);
+  EXPECT_EQ(nameless.error().place.key, "--output");
+  job_.output = "/nowhere/poses.txt";
+  EXPECT_FALSE(check_localize_output(job_));
+  job_.output.clear();
+  EXPECT_TRUE(check_localize_output(job_)) << "no output is asked for";
+  EXPECT_TRUE(open(""));
+}
+
+TEST(EstimateMessage, DoubtsStandInTheRowsOfXYAndYaw) {
+  const auto message = estimate_message(estimate(1234, 1));
+  EXPECT_EQ(message.header.frame_id, "map");
+  EXPECT_EQ(message.pose.covariance[0], 1e-4);
+  EXPECT_EQ(message.pose.covariance[7], 4e-4);
+  EXPECT_EQ(message.pose.covariance[35], 9e-4);
+  EXPECT_EQ(message.pose.covariance[1], 5e-5);
+  EXPECT_EQ(message.pose.covariance[6], 5e-5);
+  EXPECT_EQ(message.pose.covariance[14], 0) << "z";
+  const auto nis = nis_message({.stamp = at_ms(5), .tag = {FamilyId::Tag36h11, 9}, .nis = 2.5, .rows = 8});
+  ASSERT_EQ(nis.status.size(), 1U);
+  EXPECT_EQ(nis.status[0].name, "tag36h11:9");
+  EXPECT_EQ(nis.status[0].message, "rejected");
+  EXPECT_EQ(nis.status[0].level, 1);
+}
+
+TEST(LocalizeText, SaysHowManyWhereAndHowSure) {
+  LocalizeReport report{.estimates = 4, .certain = 3, .first_fix_s = 1.25, .compared = 20, .accepted = 19};
+  report.nis_mean = 1.1;
+  report.duration_s = 12;
+  report.last = estimate(100, 1);
+  const std::string text = to_text(report);
+  EXPECT_THAT(
+      text, AllOf(HasSubstr("4 estimates over 12.0 s, 75.0 % of them certain, the first after 1.25 s"),
+                  HasSubstr("19 of 20 observations accepted, NIS 1.10"), HasSubstr("x 1.000 m, y 2.000 m")));
+  EXPECT_THAT(doubts_about(report), IsEmpty());
+  EXPECT_THAT(to_text(LocalizeReport{}), AllOf(HasSubstr("no estimate over 0.0 s\n"), Not(HasSubstr("nan"))));
+}
+
+TEST(LocalizeText, DoubtsNameWhatToLookAt) {
+  LocalizeReport report{.estimates = 4, .certain = 0, .compared = 100, .accepted = 9};
+  report.lasting_nis = 5;
+  EXPECT_THAT(doubts_about(report),
+              ElementsAre("never knew where it is", HasSubstr("waymark calibrate robot"),
+                          HasSubstr("is it the map of this place")));
+  report.accepted = 10;
+  report.certain = 1;
+  report.lasting_nis = 4;
+  EXPECT_THAT(doubts_about(report), IsEmpty());
+}
+
+TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
+  TrajectoryReport report;
+  TrajectoryRow row{.name = "estimate"};
+  row.poses = {{.stamp = at_ms(0)}, {.stamp = at_ms(100), .map_T_base = SE3({}, {0.3, 0.4, 0})}};
+  report.rows = {row, {.name = "odometry"}};
+  std::string text = to_text(report);
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("estimate "), HasSubstr("odometry "), HasSubstr("end: 0.500 m and 0.0 deg")));
+  EXPECT_THAT(text, Not(HasSubstr("alignment"))) << "without a reference nothing was aligned";
+  TrajectoryScores scores;
+  scores.ate_m.rmse = 0.0123;
+  scores.consistency = Consistency{.count = 100, .nees_mean = 9, .inside_95 = 0.5};
+  report.rows[0].scores = scores;
+  report.nis = NisSummary{.mean = 0.3, .observations = 50, .rejected = 2};
+  report.uncertain = 3;
+  report.coverage = 0.75;
+  report.time_to_first_fix_s = 2;
+  text = to_text(report);
+  EXPECT_THAT(text, AllOf(HasSubstr("0.0123"), HasSubstr("NEES 9.00 on average"), HasSubstr("overconfident"),
+                          HasSubstr("assume less noise"), HasSubstr("not judged: 3 estimates"),
+                          HasSubstr("cover: 75.0 %"), HasSubstr("after 2.00 s")));
+  report.rows[0].scores->consistency->nees_mean = 1.5;
+  EXPECT_THAT(to_text(report), HasSubstr("conservative"));
+  report.rows[0].scores->consistency->nees_mean = 3;
+  EXPECT_THAT(to_text(report), HasSubstr(": consistent"));
+  report.rows[0].scores->consistency->count = 0;
+  EXPECT_THAT(to_text(report), HasSubstr("no covariance of the estimate is positive definite"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,238 @@
+// Poses of a camera in a hand, picture by picture: from corners with truth, and from a video that is
+// rendered.
+#include "waymark/app/localize/localize_video.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "tests/support/hand_walk.hpp"
+#include "waymark/app/common/camera_tags.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/config/map_exchange.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/media/video_writer.hpp"
+#include "waymark/samples/camera_body.hpp"
+#include "waymark/simulation/photograph.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+CameraModel phone() {
+  return CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
+}
+
+/// Frames of a walk through a room, as `readout_s` of a rolling shutter shows it, and its truth.
+struct Filmed {
+  World world = testing::walk_room(0.165);
+  std::vector<TagFrame> frames{};
+  std::vector<SE3> map_T_body{};
+};
+
+Filmed filmed(double readout_s) {
+  Filmed filmed;
+  const testing::HandWalkOptions options{
+      .seconds = 10, .readout_s = readout_s, .white_px = 0.2, .lasting_px = 0};
+  Random random(20261127);
+  const testing::HandWalk hand(random, options.seconds);
+  for (SceneFrame& frame : testing::walked_views(filmed.world, phone(), hand, options, random)) {
+    const double t_s = to_seconds(frame.stamp.time_since_epoch());
+    filmed.frames.push_back({.stamp = frame.stamp, .detections = std::move(frame.views[0].detections)});
+    filmed.map_T_body.push_back(hand.at(t_s) * SE3(body_R_optical().inverse(), Eigen::Vector3d::Zero()));
+  }
+  return filmed;
+}
+
+struct Errors {
+  double rms_m = 0;
+  double nees = 0;  ///< mean, of 6
+  std::size_t known = 0;
+};
+
+Errors errors_of(const Filmed& filmed, double readout_s) {
+  const auto [moments, corner_error_px] =
+      camera_moments(filmed.frames, filmed.world.tags, phone(), readout_s);
+  EXPECT_EQ(moments.size(), filmed.frames.size());
+  Errors errors;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    if (!moments[i].map_T_body || moments[i].tags < 2) continue;
+    const Uncertain<SE3>& found = *moments[i].map_T_body;
+    const Vector6 off = (filmed.map_T_body[i] * found.mean.inverse()).log();
+    errors.rms_m += (found.mean.translation() - filmed.map_T_body[i].translation()).squaredNorm();
+    errors.nees += off.dot(found.covariance.llt().solve(off));
+    ++errors.known;
+  }
+  errors.rms_m = std::sqrt(errors.rms_m / static_cast<double>(errors.known));
+  errors.nees /= static_cast<double>(errors.known);
+  return errors;
+}
+
+TEST(CameraMoments, AreTrueWithinWhatTheyClaim) {
+  const Errors errors = errors_of(filmed(0), 0);
+  EXPECT_GT(errors.known, 200U);
+  EXPECT_GT(errors.nees, 4.5) << "of 6 when the covariance is true";
+  EXPECT_LT(errors.nees, 7.5);
+}
+
+TEST(CameraMoments, CountTheRowsOfARollingShutter) {
+  const Filmed room = filmed(0.03);
+  const Errors rolling = errors_of(room, 0.03);
+  const Errors global = errors_of(room, 0);
+  const Errors ideal = errors_of(filmed(0), 0);
+  std::printf("rolling %.4f m NEES %.2f, global %.4f m NEES %.2f, ideal %.4f m\n", rolling.rms_m,
+              rolling.nees, global.rms_m, global.nees, ideal.rms_m);
+  EXPECT_LT(rolling.rms_m, 1.5 * ideal.rms_m);
+  EXPECT_GT(global.rms_m, 2 * rolling.rms_m);
+  EXPECT_LT(rolling.nees, 9);
+  EXPECT_GT(global.nees, 2 * rolling.nees);
+}
+
+TEST(CameraMoments, OfNothingAreNothing) {
+  EXPECT_TRUE(camera_moments({}, testing::walk_room(0.165).tags, phone(), 0.01).moments.empty());
+  const auto moments = camera_moments({TagFrame{}, TagFrame{}, TagFrame{}}, {}, phone(), 0.01).moments;
+  ASSERT_EQ(moments.size(), 3U);
+  EXPECT_FALSE(moments[1].map_T_body);
+  EXPECT_EQ(moments[1].tags, 0);
+  EXPECT_STREQ(moments[1].why, "");
+  TagDetection stranger{.tag = {FamilyId::Tag16h5, 3}};
+  EXPECT_STREQ(camera_moment({.detections = {stranger}}, {}, phone()).why, "none of the tags is in the map");
+}
+
+TEST(CameraMoments, LookForTheFamiliesOfTheMap) {
+  EXPECT_FALSE(check_tag_poses({}, "points.csv"));
+  TagMap map;
+  map.tags[{FamilyId::Tag16h5, 3}] = {.size_m = 0.1};
+  EXPECT_TRUE(check_tag_poses(map, "map.yaml"));
+  EXPECT_TRUE(tag_finder_for(map));
+}
+
+/// Three tags on one wall, filmed by a camera that goes past them.
+class FilmedWall : public ::testing::Test {
+ protected:
+  static SE3 camera_at(int k) { return {SO3(), {-0.2 + 0.04 * k, 0.02 * k, -0.01 * k}}; }
+
+  void SetUp() override {
+    for (int id : {1, 2, 3})
+      map_.tags.tags[{FamilyId::Tag36h11, id}] = {
+          .map_T_tag = {SO3::exp({0, 0.1 * id, 0}), {0.35 * (id - 2), 0.05 * id, 1.2}}, .size_m = 0.165};
+    std::ofstream(at("map.yaml")) << to_yaml(map_);
+    auto writer = VideoWriter::create(at("walk.mp4"), 640, 480, {.quality = 10});
+    if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());
+    ASSERT_TRUE(writer) << to_string(writer.error());
+    Random random(1);
+    for (int k = 0; k < kPictures; ++k) {
+      PhotographScene scene;
+      for (const auto& [id, tag] : map_.tags.tags)
+        scene.tags.push_back(
+            {.tag = id, .cam_T_tag = camera_at(k).inverse() * tag.map_T_tag, .size_m = tag.size_m});
+      const auto picture = photograph(phone(), scene, {}, random);
+      ASSERT_TRUE(picture) << to_string(picture.error());
+      ASSERT_TRUE(writer->add(picture->image.view(), SensorTime(std::chrono::milliseconds(100 * k))));
+    }
+    ASSERT_TRUE(writer->close());
+    job_.localize.logs = {at("walk.mp4")};
+    job_.localize.map = at("map.yaml");
+  }
+  [[nodiscard]] std::string at(const std::string& name) const { return (folder_ / name).string(); }
+
+  static constexpr int kPictures = 8;
+  fs::path folder_ = testing::fresh_folder("jobs_localize_video");
+  MapFile map_{.anchor = {FamilyId::Tag36h11, 1}};
+  LocalizeVideoJob job_{.camera = phone()};
+};
+
+TEST_F(FilmedWall, SaysWhereTheCameraWas) {
+  job_.localize.output = at("poses.tum");
+  int moments = 0;
+  job_.on_moment = [&](const CameraMoment& moment) {
+    EXPECT_EQ(moment.stamp.time_since_epoch(), std::chrono::milliseconds(100 * moments++));
+    EXPECT_EQ(moment.tags, 3);
+  };
+  const auto report = localize_video(job_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(moments, kPictures);
+  EXPECT_EQ(report->known, static_cast<std::size_t>(kPictures));
+  const auto poses = read_trajectory(at("poses.tum"));
+  ASSERT_TRUE(poses) << to_string(poses.error());
+  ASSERT_EQ(poses->size(), static_cast<std::size_t>(kPictures));
+  for (int k = 0; k < kPictures; ++k) {
+    const SE3 body = camera_at(k) * SE3(body_R_optical().inverse(), Eigen::Vector3d::Zero());
+    const SE3 off = body.inverse() * (*poses)[static_cast<std::size_t>(k)].map_T_base;
+    EXPECT_LT(off.translation().norm(), 0.005) << k;
+    EXPECT_LT(off.rotation().log().norm(), to_radians(0.3)) << k;
+  }
+}
+
+TEST_F(FilmedWall, OfItsRecordingSaysTheSame) {
+  const TagFinder finder = std::move(*make_tag_finder());
+  ASSERT_TRUE(
+      convert_video({.input = at("walk.mp4"), .output = at("tags.mcap"), .camera = phone()}, finder, {}));
+  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "a lap, to which odometry may be given";
+  EXPECT_TRUE(is_of_camera(at("tags.mcap"), true));
+  EXPECT_TRUE(is_of_camera(at("walk.mp4"), false));
+  for (const char* unreadable : {"nothing.mp4", "nothing.mcap", "map.yaml"})
+    EXPECT_TRUE(is_of_camera(at(unreadable), true)) << "who opens it says why: " << unreadable;
+  std::vector<SE3> of_video, of_recording;
+  for (const auto& [file, poses] : {std::pair("walk.mp4", &of_video), {"tags.mcap", &of_recording}}) {
+    job_.localize.logs = {at(file)};
+    job_.on_moment = [to = poses](const CameraMoment& moment) {
+      to->push_back(moment.map_T_body.value().mean);
+    };
+    const auto report = localize_video(job_, {});
+    ASSERT_TRUE(report) << to_string(report.error());
+  }
+  ASSERT_EQ(of_recording.size(), of_video.size());
+  for (std::size_t k = 0; k < of_video.size(); ++k)
+    EXPECT_LT((of_video[k].inverse() * of_recording[k]).log().norm(), 1e-6) << k;
+}
+
+TEST_F(FilmedWall, OfARecordingThatWasCutIsLocalizedAsFarAsItIsWhole) {
+  const TagFinder finder = std::move(*make_tag_finder());
+  ASSERT_TRUE(
+      convert_video({.input = at("walk.mp4"), .output = at("cut.mcap"), .camera = phone()}, finder, {}));
+  const auto whole = fs::file_size(at("cut.mcap"));
+  job_.localize.logs = {at("cut.mcap")};
+  fs::resize_file(at("cut.mcap"), whole - 200);  // the summary's end is missing
+  EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
+  const auto all = localize_video(job_, {});
+  ASSERT_TRUE(all) << to_string(all.error());
+  EXPECT_EQ(all->video.pictures, static_cast<std::size_t>(kPictures));
+  fs::resize_file(at("cut.mcap"), 300);
+  EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
+  const auto none = localize_video(job_, {});
+  ASSERT_FALSE(none);
+  EXPECT_THAT(to_string(none.error()), ::testing::HasSubstr("no picture of this recording is whole"));
+}
+
+TEST_F(FilmedWall, WritesAllOrNothing) {
+  job_.localize.output = at("walk.mcap");
+  JobControl control;
+  int asked = 0;
+  control.cancelled = [&] { return ++asked > 3; };
+  EXPECT_FALSE(localize_video(job_, control));
+  EXPECT_FALSE(fs::exists(at("walk.mcap")));
+  ASSERT_TRUE(localize_video(job_, {}));
+  EXPECT_TRUE(fs::exists(at("walk.mcap")));
+  const auto again = localize_video(job_, {});
+  ASSERT_FALSE(again);
+  EXPECT_TRUE(fs::exists(at("walk.mcap"))) << "what stood there stays";
+}
+
+TEST_F(FilmedWall, RefusesACalibrationOfAnotherSize) {
+  job_.camera =
+      CameraModel::make(PinholeRadtan{.fx = 260, .fy = 260, .cx = 160, .cy = 120}, 320, 240).value();
+  const auto report = localize_video(job_, {});
+  ASSERT_FALSE(report);
+  EXPECT_THAT(to_string(report.error()), HasSubstr("walk.mp4"));
+}
+
+}  // namespace
+}  // namespace waymark

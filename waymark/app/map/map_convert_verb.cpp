@@ -1,0 +1,69 @@
+#include <fmt/ranges.h>
+
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/map/convert_map.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct ConvertMapArgs {
+  explicit ConvertMapArgs(CLI::App& app) {
+    to = add_option(app, "--to FORM", form,
+                    fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
+                                fmt::join(map_form_names(), ", ")),
+                    kShown);
+    add_fields(app, job);
+    add_flag(app, "--json", json, "One JSON object instead of words");
+  }
+
+  ConvertMapJob job{};
+  const CLI::Option* to = nullptr;
+  std::string form = "waymark";
+  bool json = false;
+};
+
+/// What --to says, else what the ending of the output does: .fmap is of one form only.
+std::string form_of(const ConvertMapArgs& args) {
+  const bool fmap = args.job.output.ends_with(".fmap");
+  return args.to->count() == 0 && fmap ? "fmap" : args.form;
+}
+
+ExitCode convert(const ConvertMapArgs& args, Console& console) {
+  const Result<MapForm> form = map_form(form_of(args));
+  if (!form) return console.failed(form.error(), ExitCode::Usage);
+  ConvertMapJob job = args.job;
+  job.form = *form;
+  const Result<ReadMap> done = convert_map(job, control_from(console));
+  if (!done) return console.failed(done.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(job, *done)) : to_text(job, *done));
+  for (const std::string& warning : done->warnings) console.say("warning: " + warning);
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb map_convert_verb() {
+  return {
+      .name = "convert",
+      .sentence = "Turn a map of tags into another program's form, or another's into ours",
+      .help =
+          R"(Reads our map.yaml, apriltags_poses.yaml of the Robotics Academy, TagSLAM's tagslam.yaml or poses.yaml, field layouts
+of WPILib (JSON, CSV), field maps of Limelight (FMAP), and transforms of tf as YAML or in a recording (MCAP, ROS 1 bag: /tf, /tf_static); what a file is, its content tells. What
+a form cannot say is left out and named. With --to tf an OUTPUT that ends in .mcap becomes a recording with /tf_static.
+Formats: docs/formats/map.md, "Maps of others".
+
+Exit code: 0 written, 1 unreadable or not written, 2 wrong usage.
+
+Examples:
+  waymark map convert map poses.yaml --to tagslam
+  waymark map convert map tags_tf.yaml --to tf
+  waymark map convert map tags_tf.mcap --to tf
+  waymark map convert apriltags_poses.yaml map.yaml
+  waymark map convert 2024-crescendo.json map.yaml --tag-size-m 0.1651
+  waymark map convert map layout.json --to wpilib
+  waymark map convert map field.fmap
+)",
+      .prepare = prepared(convert)};
+}
+
+}  // namespace waymark::cli

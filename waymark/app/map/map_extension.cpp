@@ -1,0 +1,138 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "waymark/app/common/route_files.hpp"
+#include "waymark/app/map/map_steps.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/mapping/lap/tag_ties.hpp"
+
+namespace waymark {
+namespace {
+
+Error not_in_the_map(const TagId& tag, const char* flag) {
+  return {.code = ErrorCode::InvalidArgument,
+          .message = to_string(tag) + " is not in the map",
+          .place = {.key = flag}};
+}
+
+/// How many frames see each tag of the map.
+std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
+  std::map<TagId, int> frames;
+  for (const TagFrame& frame : recorded.frames) {
+    for (const TagDetection& detection : frame.detections) {
+      if (map.find(detection.tag) != nullptr) ++frames[detection.tag];
+    }
+  }
+  return frames;
+}
+
+Status tags_named(const std::vector<std::string>& names, const char* flag, std::set<TagId>& tags) {
+  for (const std::string& name : names) {
+    Result<TagId> tag = tag_named(name);
+    if (!tag) {
+      tag.error().place.key = flag;
+      return tl::unexpected(tag.error());
+    }
+    tags.insert(*tag);
+  }
+  return {};
+}
+
+}  // namespace
+
+Status read_extension(const std::string& extend, const std::string& route_name,
+                      const std::vector<std::string>& freeze, const std::vector<std::string>& remove,
+                      MapJob& job) {
+  if (extend.empty()) {
+    if (!route_name.empty())
+      return fail(ErrorCode::InvalidArgument, "a named route is one more of a map that is there",
+                  {.key = "--route-name"}, "Give the map with --extend.");
+    if (freeze.empty() && remove.empty()) return {};
+    return fail(ErrorCode::InvalidArgument, "--freeze and --remove are about the tags of a map",
+                {.key = freeze.empty() ? "--remove" : "--freeze"}, "Give the map with --extend.");
+  }
+  std::error_code ignored;
+  const std::filesystem::path path(extend);
+  Result<MapFile> map = read_map(map_file_of(path));
+  if (!map) return tl::unexpected(map.error());
+  job.extend = std::move(*map);
+  job.extended_folder = std::filesystem::is_directory(path, ignored) ? path : path.parent_path();
+  job.route_name = route_name;
+  Status status = route_name.empty() ? Status() : check_route_name(route_name, "--route-name");
+  if (status) status = tags_named(freeze, "--freeze", job.freeze);
+  if (status) status = tags_named(remove, "--remove", job.remove);
+  for (const TagId& tag : job.remove) {
+    if (status && job.freeze.contains(tag))
+      status = fail(ErrorCode::InvalidArgument, to_string(tag) + " cannot be removed and stay where it is",
+                    {.key = "--remove"}, "Name it with --remove or with --freeze.");
+  }
+  return status;
+}
+
+/// A map that says of none of its tags how well it knows it was measured by somebody: each tag is known by
+/// itself.
+void take_as_measured(double sigma_m, TagMap& map) {
+  constexpr double kSigma_rad = 0.01;  // of a sheet that was hung by sensor
+  if (std::ranges::any_of(map.tags, [](const auto& tag) { return tag.second.covariance.has_value(); }))
+    return;
+  Vector6 variance;
+  variance << Eigen::Vector3d::Constant(sigma_m * sigma_m),
+      Eigen::Vector3d::Constant(kSigma_rad * kSigma_rad);
+  const Matrix6 P = variance.asDiagonal();
+  for (auto& [id, tag] : map.tags) tag.covariance = from_coordinate_covariance(tag.map_T_tag, P).covariance;
+}
+
+Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverrides& overrides,
+                         MapLapOptions& options) {
+  if (!job.extend) return {};
+  LapPrior prior{.map = job.extend->tags, .frozen = job.freeze};
+  take_as_measured(job.map_sigma_m, prior.map);
+  for (const TagId& tag : job.freeze) {
+    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--freeze"));
+  }
+  for (const TagId& tag : job.remove) {
+    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--remove"));
+    remove_tag(prior.map, tag);
+  }
+  for (TagFrame& frame : recorded.frames)
+    std::erase_if(frame.detections, [&](const TagDetection& d) { return job.remove.contains(d.tag); });
+  const std::map<TagId, int> frames = frames_of(recorded, prior.map);
+  if (frames.empty())
+    return fail(ErrorCode::NotFound, "no tag of the map that should be extended is seen in this lap", {},
+                "Drive where at least two of its tags are in view.");
+  constexpr int kEnough = 10;
+  const auto own = frames.find(job.extend->anchor);
+  const TagId anchor =
+      own != frames.end() && own->second >= kEnough
+          ? own->first
+          : std::ranges::max_element(frames, {}, [](const auto& f) { return f.second; })->first;
+  const MappedTag& mapped = prior.map.tags.at(anchor);
+  overrides.anchor = to_string(anchor);
+  overrides.map_T_anchor = mapped.map_T_tag;
+  if (!overrides.tag_size_m) overrides.tag_size_m = mapped.size_m;
+  options.prior = std::move(prior);
+  return {};
+}
+
+MapFile map_file_of(const MapJob& job, const TagId& anchor, const MappedLap& lap) {
+  MapFile map{.tags = lap.map,
+              .observations = lap.observations,
+              .anchor = anchor,
+              .provenance = {{"method", std::string(to_string(job.options.method))},
+                             {"recording", std::filesystem::path(job.lap).filename().string()}}};
+  if (!job.extend) return map;
+  for (const auto& [tag, count] : job.extend->observations) {
+    if (map.tags.find(tag) != nullptr) map.observations[tag] += count;
+  }
+  if (map.tags.find(job.extend->anchor) != nullptr) map.anchor = job.extend->anchor;
+  std::string before;
+  for (const auto& [key, words] : job.extend->provenance) {
+    if (key == "recording" || key == "extends") before += (before.empty() ? "" : ", ") + words;
+  }
+  map.provenance.emplace_back("extends", before.empty() ? "a map" : before);
+  return map;
+}
+
+}  // namespace waymark

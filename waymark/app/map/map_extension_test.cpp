@@ -1,0 +1,239 @@
+// A lap that improves a map: which tags stay, go and count, and laps of robots that keep no corners.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/app/map/map_steps.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
+
+MapFile true_map() {
+  MapFile map{.tags = test::circuit().tags,
+              .anchor = test::circuit().anchor,
+              .provenance = {{"recording", "old.mcap"}}};
+  for (auto& [id, mapped] : map.tags.tags) map.observations[id] = 5;
+  return map;
+}
+
+class MapExtension : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(write_map(old_ / "map.yaml", true_map())); }
+  static const std::string& lap() {
+    static const std::string file =
+        test::record_lap(testing::fresh_folder("jobs_extension_lap") / "lap.mcap", 9, {.for_s = 12});
+    return file;
+  }
+  [[nodiscard]] Status read(const std::vector<std::string>& freeze, const std::vector<std::string>& remove,
+                            const std::string& route = {}) {
+    return read_extension(old_.string(), route, freeze, remove, job_);
+  }
+  fs::path old_ = testing::fresh_folder("jobs_extension");
+  MapJob job_{.lap = lap(), .folder = testing::fresh_folder("jobs_extended") / "map"};
+};
+
+TEST_F(MapExtension, FlagsAboutAMapNeedOne) {
+  const auto key = [&](const std::string& route, const std::vector<std::string>& freeze,
+                       const std::vector<std::string>& remove) {
+    MapJob job;
+    const Status status = read_extension("", route, freeze, remove, job);
+    return status ? std::string("fine") : status.error().place.key;
+  };
+  EXPECT_EQ(key("", {}, {}), "fine");
+  EXPECT_EQ(key("kitchen", {}, {}), "--route-name");
+  EXPECT_EQ(key("", {"1"}, {}), "--freeze");
+  EXPECT_EQ(key("", {}, {"1"}), "--remove");
+}
+
+TEST_F(MapExtension, TagsAndNamesAreChecked) {
+  const auto key = [&](const Status& status) {
+    return status ? std::string("fine") : status.error().place.key;
+  };
+  EXPECT_EQ(key(read({"x"}, {})), "--freeze");
+  EXPECT_EQ(key(read({}, {"tag99:1"})), "--remove");
+  EXPECT_EQ(key(read({}, {}, "a b")), "--route-name");
+  MapJob both;
+  EXPECT_EQ(key(read_extension(old_.string(), "", {"3"}, {"3"}, both)), "--remove");
+  MapJob good;
+  ASSERT_TRUE(read_extension((old_ / "map.yaml").string(), "kitchen", {"3"}, {"tag36h11:4"}, good));
+  EXPECT_EQ(good.extended_folder, old_) << "the file or its folder";
+  EXPECT_THAT(good.freeze, Contains(tag(3)));
+  EXPECT_THAT(good.remove, Contains(tag(4)));
+  EXPECT_FALSE(read_extension("/nowhere", "", {}, {}, good));
+}
+
+TEST_F(MapExtension, FrozenTagsStayRemovedOnesGoAndUnseenOnesAreKept) {
+  ASSERT_TRUE(read({to_string(test::circuit().anchor)}, {}));
+  const TagId some = test::circuit().tags.tags.begin()->first;
+  const auto report = map_recording(job_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_TRUE(report->extends);
+  const MapFile map = read_map(job_.folder / "map.yaml").value();
+  EXPECT_EQ(map.tags.tags.size(), 24U) << "a short lap sees a few of them";
+  const TagId anchor = test::circuit().anchor;
+  EXPECT_LT(
+      (map.tags.find(anchor)->map_T_tag.inverse() * true_map().tags.find(anchor)->map_T_tag).log().norm(),
+      1e-9);
+  EXPECT_EQ(map.provenance.back(), (std::pair<std::string, std::string>{"extends", "old.mcap"}));
+  const std::size_t older = report->lap.observations.size();
+  EXPECT_LE(older, map.observations.size()) << "those of the map that was extended count as well";
+  EXPECT_GT(map.observations.at(some), 4);
+}
+
+TEST_F(MapExtension, ATagThatIsGoneIsInNeitherMapNorLap) {
+  const std::vector<TagFrame> frames = read_lap_file(lap())->frames;
+  const auto frame = std::ranges::find_if(frames, [](const TagFrame& f) { return !f.detections.empty(); });
+  ASSERT_NE(frame, frames.end());
+  const TagId seen = frame->detections.front().tag;
+  ASSERT_TRUE(read({}, {to_string(seen)}));
+  const auto report = map_recording(job_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->lap.map.find(seen), nullptr);
+  EXPECT_EQ(report->lap.map.tags.size(), 23U);
+}
+
+TEST_F(MapExtension, ALapBecomesOneMoreRouteOfTheMapItIsWrittenTo) {
+  job_.folder = old_;
+  ASSERT_TRUE(write_text_file(old_ / "route.yaml", "taught first"));
+  ASSERT_TRUE(read({}, {}, "kitchen"));
+  const auto report = map_recording(job_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(test::file_text(old_ / "route.yaml"), "taught first");
+  EXPECT_TRUE(read_route(old_ / "route-kitchen.yaml"));
+  EXPECT_TRUE(fs::exists(old_ / "summary-kitchen.json"));
+  EXPECT_THAT(report->set_aside, Contains("map.yaml"));
+}
+
+TEST_F(MapExtension, AMapOfAnotherPlaceAndTagsItDoesNotHaveAreErrors) {
+  MapFile other{.anchor = tag(500)};
+  other.tags.tags[tag(500)] = {.map_T_tag = SE3(), .size_m = 0.16};
+  ASSERT_TRUE(write_map(old_ / "map.yaml", other));
+  ASSERT_TRUE(read({}, {}));
+  const auto nothing = map_recording(job_, {});
+  ASSERT_FALSE(nothing);
+  EXPECT_THAT(nothing.error().message, HasSubstr("no tag of the map"));
+  EXPECT_FALSE(fs::exists(job_.folder)) << "nothing is left behind";
+  for (const char* flag : {"--freeze", "--remove"}) {
+    MapJob job = job_;
+    (std::string(flag) == "--freeze" ? job.freeze : job.remove).insert(tag(3));
+    const auto unknown = map_recording(job, {});
+    ASSERT_FALSE(unknown);
+    EXPECT_EQ(unknown.error().place.key, flag);
+  }
+}
+
+TEST_F(MapExtension, TheSameRecordingTwiceIsDoubted) {
+  MapFile again = true_map();
+  again.provenance = {{"recording", fs::path(lap()).filename().string()}};
+  ASSERT_TRUE(write_map(old_ / "map.yaml", again));
+  ASSERT_TRUE(read({}, {}));
+  job_.overrides.tag_size_m = 0.3;
+  const auto report = map_recording(job_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_THAT(report->warnings, Contains(HasSubstr("counts twice")));
+  EXPECT_THAT(report->warnings, Contains(HasSubstr("keep the size")));
+}
+
+TEST_F(MapExtension, WhatChangedSinceAnOlderMapIsSaid) {
+  MapFile moved = true_map();
+  const auto seen = map_recording({.lap = lap(), .folder = job_.folder}, {})->lap.map;
+  ASSERT_GE(seen.tags.size(), 4U);
+  const TagId first = seen.tags.begin()->first;
+  moved.tags.tags.at(first).map_T_tag = SE3(SO3(), {0, 0, 0.5}) * moved.tags.tags.at(first).map_T_tag;
+  ASSERT_TRUE(write_map(old_ / "map.yaml", moved));
+  job_.prior = read_landmarks(old_).value();
+  const auto report = map_recording(job_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_TRUE(report->prior_agreeing);
+  EXPECT_GE(*report->prior_agreeing, 3);
+  EXPECT_LT(report->prior_rms_m, 0.1);
+  EXPECT_THAT(report->warnings, Contains(HasSubstr(to_string(first))));
+  EXPECT_EQ(to_json(*report)["tags"], seen.tags.size());
+}
+
+/// The lap of a robot that keeps poses of tags and no corners.
+RecordedLap lap_of_poses() {
+  RecordedLap lap;
+  lap.setup.base_T_cam = SE3(body_R_optical(), {0.1, 0, 0.2});
+  for (int i = 0; i <= 120; ++i) {
+    const SensorTime stamp(std::chrono::milliseconds(50 * i));
+    const SE2 base(0.02 * i, 0.2 * std::sin(0.05 * i),
+                   std::atan(0.5 * std::cos(0.05 * i)));  // along the curve
+    lap.odometry.push_back({stamp, SE2(base), 0.4, 0});
+    TagPoseFrame frame{.stamp = stamp};
+    for (int t = 0; t < 4; ++t) {
+      const SE3 map_T_tag(body_R_optical(), {4, 0.6 * t - 1, 0.3});
+      const SE3 cam_T_tag = (lift(base) * *lap.setup.base_T_cam).inverse() * map_T_tag;
+      frame.tags.push_back({tag(t), cam_T_tag});
+    }
+    lap.tag_poses.push_back(frame);
+  }
+  return lap;
+}
+
+TEST(MapPoses, TheMapStandsWhereTheLapBegan) {
+  MapReport report;
+  MapJob job{.lap = "lap.log"};
+  job.overrides.tag_size_m = 0.16;
+  const auto map = map_poses(lap_of_poses(), job, report);
+  ASSERT_TRUE(map) << to_string(map.error());
+  EXPECT_EQ(report.method, "poses");
+  EXPECT_EQ(map->provenance.front(), (std::pair<std::string, std::string>{"method", "poses"}));
+  ASSERT_TRUE(report.poses);
+  EXPECT_EQ(map->tags.tags.size(), 4U);
+  EXPECT_TRUE(map->tags.find(map->anchor) != nullptr);
+  EXPECT_NEAR(
+      (map->tags.find(tag(0))->map_T_tag.translation() - map->tags.find(tag(3))->map_T_tag.translation())
+          .norm(),
+      1.8, 0.05)
+      << "distances are those of the place";
+  EXPECT_THAT(report.warnings, IsEmpty());
+}
+
+TEST(MapPoses, TheTagsAreAsLargeAsTheRecordingSays) {
+  MapReport report;
+  RecordedLap lap = lap_of_poses();
+  lap.setup.metadata[lap_facts::kMetadata][lap_facts::kTagSize] = "0.054";
+  const auto map = map_poses(lap, {.lap = "lap.log"}, report);
+  ASSERT_TRUE(map) << to_string(map.error());
+  for (const auto& [id, mapped] : map->tags.tags) EXPECT_EQ(mapped.size_m, 0.054) << to_string(id);
+  EXPECT_THAT(report.lap.warnings, Not(Contains(HasSubstr("how large its tags are"))));
+  MapJob job{.lap = "lap.log"};
+  job.overrides.tag_size_m = 0.08;
+  EXPECT_EQ(map_poses(lap, job, report)->tags.tags.begin()->second.size_m, 0.08)
+      << "who says it knows better";
+}
+
+TEST(MapPoses, WhatOnlyCornersCouldDoIsRefused) {
+  MapReport report;
+  MapJob job{.lap = "lap.log"};
+  job.overrides.anchor = "3";
+  const auto anchored = map_poses(lap_of_poses(), job, report);
+  ASSERT_FALSE(anchored);
+  EXPECT_EQ(anchored.error().code, ErrorCode::Unsupported);
+  EXPECT_THAT(anchored.error().hint, HasSubstr("--anchor"));
+}
+
+TEST(MapPoses, AMountingThatNobodySaysIsSaid) {
+  MapReport report;
+  MapJob job{.lap = "lap.log"};
+  RecordedLap lap = lap_of_poses();
+  lap.setup.base_T_cam.reset();
+  (void)map_poses(lap, job, report);
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("where the camera sits")));
+}
+
+}  // namespace
+}  // namespace waymark

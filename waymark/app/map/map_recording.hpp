@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/lap_input.hpp"
+#include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/evaluation/map_errors.hpp"
+#include "waymark/pipeline/lap_mapper.hpp"
+#include "waymark/pipeline/pose_lap_mapper.hpp"
+
+/// `waymark map`: a recorded lap becomes a map, a route and figures in a folder.
+namespace waymark {
+
+/// Standard deviation of the tags of a map that was measured by hand, unless more is said.
+inline constexpr double kMapSigma_m = 0.01;
+
+struct MapJob {
+  std::string lap{};               ///< the recording
+  std::filesystem::path folder{};  ///< of what is written
+  SetupOverrides overrides{};
+  MapLapOptions options{};
+  std::optional<World> truth{};  ///< when given; otherwise what the recording holds
+  const TagFinder* finder =
+      nullptr;  ///< for the pictures of the recording, when its tags are not to be taken
+  std::optional<LandmarksFile> prior{};     ///< an older map of the place, to say what changed since
+  std::optional<MapFile> extend{};          ///< a map that the lap is to improve
+  std::filesystem::path extended_folder{};  ///< where it came from
+  std::string route_name{};  ///< the lap becomes the route of this name, beside those of the extended map
+  std::set<TagId> freeze{};  ///< its tags that stay exactly where it has them
+  std::set<TagId> remove{};  ///< its tags that are gone
+  double map_sigma_m = kMapSigma_m;  ///< of its tags, when it does not say how well it knows any of them
+  LandmarkMapOptions points{};       ///< for recordings with poses of tags and no corners
+  std::vector<std::string> more{};   ///< further files of the same lap, such as tables
+  std::string robot{};               ///< file or name: camera and mounting; empty: as the recording says
+  CameraChoice frames{};             ///< of a recording that holds several
+};
+
+struct MapReport {
+  std::string method{};
+  MappedLap lap{};
+  TagMap true_tags{};          ///< empty when not known
+  Trajectory true_path{};      ///< of the whole lap, in the map's frame; empty when not known
+  bool truth_aligned = false;  ///< true_path was moved onto the lap: nobody told where the anchor stands
+  std::optional<TagMapErrors> tag_errors{};
+  std::optional<TrajectoryErrors> trajectory_errors{};
+  std::optional<int> prior_agreeing{};  ///< tags that stand where the prior map has them
+  double prior_rms_m = 0;               ///< how far these are apart
+  bool extends = false;                 ///< another map
+  std::optional<PoseLapFigures> poses{};
+  std::vector<std::string> warnings{};   ///< of the lap and of the file
+  std::vector<std::string> files{};      ///< what was written
+  std::vector<std::string> set_aside{};  ///< what stood there before, and has a number in its name now
+  double wall_s = 0;
+  double peak_rss_mib = 0;  ///< of the process so far
+};
+
+/// Makes a map and a route of a recording and writes map.yaml, route.yaml, trajectory.txt, robot.yaml,
+/// truth_trajectory.txt, summary.json and figures into the folder: all of them, or nothing. What stands there
+/// of an older map, or under one of these names, stays beside the new ones (map.1.yaml, …). Cancelling leaves
+/// the folder as it was: the error says so.
+[[nodiscard]] Result<MapReport> map_recording(const MapJob& job, const JobControl& control);
+[[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
+
+}  // namespace waymark

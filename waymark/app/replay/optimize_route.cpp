@@ -1,0 +1,154 @@
+#include "waymark/app/replay/optimize_route.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/figure_files.hpp"
+#include "waymark/app/common/route_files.hpp"
+#include "waymark/app/common/shell_word.hpp"
+#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/plot/loop_figures.hpp"
+#include "waymark/replay/safety_limiter.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+plot::PathLayer layer(const std::string& name, const Route& route, const TagMap& tags, plot::Color color) {
+  plot::PathLayer result{name, {}, tags, color};
+  for (std::size_t i = 0; i < route.points.size() + (route.closed ? 1 : 0); ++i)
+    result.path.push_back({SensorTime{}, lift(route.points[i % route.points.size()].map_T_base)});
+  return result;
+}
+
+nlohmann::ordered_json json_of(const RouteFigures& f) {
+  return {{"lap_s", f.lap_s},
+          {"length_m", f.length_m},
+          {"max_curvature_1_m", f.max_curvature_1_m},
+          {"smoothness_1_m4", f.smoothness_1_m4},
+          {"min_clearance_m", f.min_clearance_m},
+          {"two_tags_fraction", f.two_tags_fraction},
+          {"mean_tags", f.mean_tags},
+          {"largest_offset_m", f.largest_offset_m}};
+}
+
+/// The route with its picture, in the place of what the folder holds of a route of this name.
+Status write_route_files(const OptimizeJob& job, const Route& taught, const TagMap& tags,
+                         OptimizeReport& result) {
+  Result<StagedFolder> staged = StagedFolder::open(job.folder);
+  if (!staged) return tl::unexpected(staged.error());
+  const std::string name = route_file_name(job.name);
+  Status status = write_route(staged->path() / name, with_map(result.found.route, tags));
+  result.files.push_back(name);
+  if (status)
+    status =
+        write_figure(staged->path() / file_name_for_route("route", job.name, ".svg"),
+                     plot::path_figure("Taught and optimised",
+                                       {layer("taught", taught, tags, plot::kTaughtColor),
+                                        layer("optimised", result.found.route, {}, plot::kEstimateColor)}),
+                     {".svg"}, result.files);
+  if (!status) return staged->failed(status.error());
+  auto aside = staged->put_in_place(files_of_route(job.name));
+  if (!aside) return tl::unexpected(aside.error());
+  result.set_aside = std::move(*aside);
+  for (std::string& file : result.files) file = (fs::path(job.folder) / fs::path(file).filename()).string();
+  return {};
+}
+
+}  // namespace
+
+std::string drive_command(const OptimizeJob& job) {
+  const ProfileOptions& profile = job.profile;
+  std::string command = fmt::format("waymark replay {} --route {}", shell_word(job.folder), job.name);
+  const SafetyOptions usual;
+  if (profile.speed_m_s > usual.max_speed_m_s)
+    command += fmt::format(" --max-speed-m-s {}", profile.speed_m_s);
+  std::vector<double> defaults;
+  const ProfileOptions plain;
+  ProfileOptions::fields(plain, [&](double value, const auto&) { defaults.push_back(value); });
+  std::size_t i = 0;
+  ProfileOptions::fields(profile, [&](double value, const auto& field) {
+    std::string flag(field.name);
+    std::ranges::replace(flag, '_', '-');
+    if (value != defaults[i++] && flag != "speed-m-s") command += fmt::format(" --{} {}", flag, value);
+  });
+  return command;
+}
+
+Result<OptimizerOptions> read_weights(const std::string& path) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 16U;
+  const auto text = read_text_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_fields<OptimizerOptions>(*text, path);
+}
+
+Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
+  const fs::path folder = job.folder;
+  if (Status there = check_map_folder(folder); !there) return tl::unexpected(there.error());
+  const auto map = read_map(folder / "map.yaml");
+  if (!map) return tl::unexpected(map.error());
+  const auto taught = read_route(folder / "route.yaml");
+  if (!taught) return tl::unexpected(taught.error());
+  if (Status status = check_output_folder(folder); !status) return tl::unexpected(status.error());
+  std::error_code ignored;
+  const auto robot_path = fs::exists(folder / "robot.yaml", ignored) ? Result<fs::path>(folder / "robot.yaml")
+                                                                     : find_shared("robots", "limo");
+  if (!robot_path) return tl::unexpected(robot_path.error());
+  const auto robot = read_robot(*robot_path);
+  if (!robot) return tl::unexpected(robot.error());
+  auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, job.profile, job.options);
+  if (!found) return tl::unexpected(found.error());
+  OptimizeReport result{.found = std::move(*found)};
+  if (job.profile.speed_m_s > 0) {  // the route says it, so that every drive of it asks for it
+    for (RoutePoint& point : result.found.route.points)
+      point.speed_m_s = std::copysign(job.profile.speed_m_s, point.speed_m_s);
+  }
+  const Status status = write_route_files(job, *taught, map->tags, result);
+  if (!status) return tl::unexpected(status.error());
+  return result;
+}
+
+std::string to_text(const OptimizeJob& job, const OptimizeReport& report) {
+  return to_text(report.found) +
+         fmt::format("{}: drive it with `{}`\n", report.files.front(), drive_command(job));
+}
+
+nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report) {
+  return {{"route", job.name},
+          {"taught", json_of(report.found.taught)},
+          {"optimized", json_of(report.found.optimized)},
+          {"files", report.files}};
+}
+
+std::string to_text(const OptimizedRoute& found) {
+  std::string text = fmt::format("{:<38}{:>10}{:>12}\n", "", "taught", "optimised");
+  const auto add = [&](const char* what, double taught, double better, int digits) {
+    text += fmt::format("{:<38}{:>10.{}f}{:>12.{}f}\n", what, taught, digits, better, digits);
+  };
+  const RouteFigures& a = found.taught;
+  const RouteFigures& b = found.optimized;
+  add("lap [s]", a.lap_s, b.lap_s, 2);
+  add("length [m]", a.length_m, b.length_m, 2);
+  add("tightest curve [1/m]", a.max_curvature_1_m, b.max_curvature_1_m, 2);
+  add("change of curvature, mean square [m^-4]", a.smoothness_1_m4, b.smoothness_1_m4, 2);
+  add("hull to the nearest tag [m]", a.min_clearance_m, b.min_clearance_m, 3);
+  add("two tags or more in view [%]", 100 * a.two_tags_fraction, 100 * b.two_tags_fraction, 1);
+  add("tags in view, mean", a.mean_tags, b.mean_tags, 2);
+  add("farthest from the taught route [m]", 0, b.largest_offset_m, 3);
+  return text;
+}
+
+}  // namespace waymark

@@ -1,0 +1,72 @@
+#include <fmt/ranges.h>
+
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/common/route_files.hpp"
+#include "waymark/app/replay/optimize_route.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct OptimizeArgs {
+  explicit OptimizeArgs(CLI::App& app)
+      : settings(app), weights(settings, "weights", "Weights"), profile(settings, "profile", "Speed") {
+    app.get_option("--speed-m-s")->group(kFirstGroup);
+    add_fields(app, job);
+    add_option(app, "--weights FILE", weights_file,
+               "Options of the optimisation: a .yaml file with the keys below");
+    app.add_flag("--json", json, "One JSON object instead of a table");
+  }
+
+  Settings settings;
+  OptimizeJob job{};
+  std::string weights_file;
+  bool json = false;
+  OptionFlags<OptimizerOptions> weights;
+  OptionFlags<ProfileOptions> profile;
+};
+
+Result<OptimizerOptions> weights_of(const OptimizeArgs& args) {
+  Result<OptimizerOptions> options =
+      args.weights_file.empty() ? OptimizerOptions() : read_weights(args.weights_file);
+  if (!options) return options;
+  if (Status status = args.weights.apply(*options); !status) return tl::unexpected(status.error());
+  return options;
+}
+
+ExitCode optimize(const OptimizeArgs& args, Console& console) {
+  OptimizeJob job = args.job;
+  Status status = check_route_name(job.name, "--name");
+  if (status) status = args.profile.apply(job.profile);
+  const auto options = status ? weights_of(args) : tl::unexpected(status.error());
+  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  job.options = *options;
+  const auto report = optimize_route_of(job);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report->set_aside.empty())
+    console.say(fmt::format("what stood there before has a number in its name now: {}",
+                            fmt::join(report->set_aside, ", ")));
+  console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb optimize_verb() {
+  return {
+      .name = "optimize",
+      .sentence = "Make a faster or smoother route beside a taught one",
+      .help =
+          R"(Moves the route sideways within a corridor and weighs lap time, smoothness, distance from tags and tags in
+view. No place comes nearer to a tag than the taught route does anywhere, and two tags are in view for as much
+of the way: where that cannot be had, the taught route is kept. Writes route-NAME.yaml and a picture
+(route-NAME.svg) into the folder. The taught route remains what `waymark replay` drives unless asked.
+
+Exit code: 0 a route was written, 1 a file was unusable, 2 wrong usage.
+
+Example:
+  waymark optimize map --name fast --speed-m-s 0.8
+)",
+      .prepare = prepared(optimize)};
+}
+
+}  // namespace waymark::cli

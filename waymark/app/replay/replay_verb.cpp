@@ -1,0 +1,112 @@
+#include <utility>
+
+#include "waymark/app/cli/file_names.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/picture_flags.hpp"
+#include "waymark/app/cli/replay_flags.hpp"
+#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/common/route_files.hpp"
+#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/replay/replay_route.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct ReplayArgs : ReplayWords {
+  explicit ReplayArgs(CLI::App& verb)
+      : settings(verb),
+        setup(verb, {}, true, "robot.yaml of the map's folder, "),
+        pictures(settings, Reach::SettingsOnly),
+        options(settings, Reach::Flags) {
+    add_fields(verb, live);
+    add_fields(verb, static_cast<ReplayWords&>(*this));
+    verb.get_option("--output")->transform(recording_name());
+    verb.add_flag("--json", json, "One JSON object instead of words");
+  }
+
+  Settings settings;
+  SetupFlags setup;
+  ViewerOptions live{};
+  PictureFlags pictures;
+  ReplayFlags options;
+  bool json = false;
+};
+
+/// The robot in its world; fails on flags that have no effect on it.
+Result<RobotSetup> make_setup(const ReplayArgs& args) {
+  Result<RobotSetup> made = args.pictures.apply(args.setup.make(robot_file_in(args.job.folder)));
+  if (!made) return made;
+  Refusals refused(args.settings.app());
+  refuse_seed(!made->process.empty(), refused);
+  refused.flags(args.job.output.empty(), {"--durable"}, "nothing is recorded",
+                "Add -o FILE, or leave it out.");
+  const Status status = refused.status() ? check_recording(args.job, *made) : refused.status();
+  if (!status) return tl::unexpected(status.error());
+  return made;
+}
+
+/// The job, whose calibration is known, with the options that were given, which count more.
+Result<ReplayJob> job_of(const ReplayArgs& args, ReplayJob calibrated) {
+  Status status = choose_replay(args.method, args.controller, calibrated);
+  if (status) status = args.options.apply(calibrated);
+  if (!status) return tl::unexpected(status.error());
+  return calibrated;
+}
+
+ExitCode replay(const ReplayArgs& args, Console& console) {
+  if (const auto known = job_of(args, args.job); !known)  // before files are read
+    return fail_usage(known.error(), console);
+  if (const Status there = check_map_folder(args.job.folder); !there && args.setup.lacks_world())
+    return console.failed(there.error(), ExitCode::SomeFailed);  // a world would not help
+  const Result<RobotSetup> setup = make_setup(args);
+  if (!setup) return fail_usage(setup.error(), console);
+  ReplayJob calibrated = args.job;
+  if (const Status read = take_calibration(args.calibration, calibrated); !read)
+    return fail_with(read.error(), console);
+  Result<ReplayJob> job = job_of(args, std::move(calibrated));
+  if (!job) return fail_usage(job.error(), console);
+  const auto view = LivePage::open(args.live, *setup, control_from(console));
+  if (!view) return fail_with(view.error(), console);
+  if (*view) job->feed = &(*view)->feed();
+  const auto stop =
+      setup->process.empty() ? nullptr : listen_for_stop("replay of " + args.job.folder.string(), console);
+  const Result<ReplayReport> report = replay_route(*setup, *job, control_from(console));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
+  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  if (!succeeded(*report)) console.say(ending(*report, interrupted_by()));
+  if (report->end.interrupted) return ExitCode::Interrupted;
+  return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+}  // namespace
+
+Verb replay_verb() {
+  return {
+      .name = "replay",
+      .sentence = "Replay a taught route autonomously",
+      .help =
+          R"(The robot starts where the taught lap began, looks for tags of the map, and follows the route. A limiter
+has the last word before the motors: it stops the robot, and says why, when odometry or gyro are old, the
+place is not known well enough, the route is far, a tag or something the lidar sees is near; it drives on when
+the reason is gone, and is given up after five seconds. A robot that was carried and a clock that jumped are
+stops that last. docs/concepts/replay.md explains the controllers and the limits. The judgement is by the truth alone: the base's true way against that of the teach lap.
+Keys of --json: docs/reference/cli.md.
+
+--robot process:CMD drives any robot that a program of yours speaks for (docs/formats/robot-process.md), in
+real time and behind a watchdog: a process of its own that stops the robot when this one is gone or silent.
+
+Exit code: 0 all laps were driven, 1 refused, stopped on the way, or a file was unusable (said in words),
+2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark replay map --robot sim --world circuit24 --seed 11
+  waymark replay map --world circuit24 --seed 12 --laps 2 -o replay.mcap --json
+  waymark replay map --world circuit24 --faults faults.yaml
+  waymark replay map --world circuit24 --controller pursuit --speed-m-s 0.4
+  waymark replay map --robot "process:python3 my_robot.py" --robot-file my_robot.yaml
+)",
+      .prepare = prepared(replay)};
+}
+
+}  // namespace waymark::cli

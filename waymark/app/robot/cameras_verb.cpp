@@ -1,0 +1,45 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/live/cameras_text.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct CamerasArgs : JobArgs<CamerasJob> {
+  explicit CamerasArgs(CLI::App& app)
+      : JobArgs(app, "One JSON object instead of a list, with all controls") {}
+};
+
+ExitCode list(const CamerasArgs& args, Console& console) {
+  const auto devices = find_cameras(args.job);
+  if (!devices) return console.failed(devices.error(), ExitCode::SomeFailed);
+  if (args.json) console.print(json_line(to_json(*devices)));
+  if (devices->empty())
+    console.say("this computer has no camera: none of /dev/video* delivers pictures");
+  else if (!args.json)
+    console.print(to_text(*devices, args.job.controls));
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb cameras_verb() {
+  return {
+      .name = "cameras",
+      .sentence = "List the cameras of this computer, with their formats and controls",
+      .help =
+          R"(Each device with its name, its link that stays the same whatever the socket (/dev/v4l/by-id), formats,
+sizes, rates and the controls that matter for measuring. Addresses of cameras, for `waymark detect`, `waymark
+convert` and --camera-source, are v4l2: and the device, and behind it, with commas: size=1280x720, rate=30,
+format=MJPG (GREY, NV12, YUYV, UYVY), any control by its name (exposure_ms=5, gain=20), and lock, which switches
+the automatic modes of exposure, gain, focus and white balance off.
+
+Exit code: 0 listed (also where there is none), 1 the device that was named cannot be used, 2 wrong usage.
+
+Examples:
+  waymark cameras
+  waymark cameras /dev/video0 --controls
+)",
+      .prepare = prepared(list)};
+}
+
+}  // namespace waymark::cli

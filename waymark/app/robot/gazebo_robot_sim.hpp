@@ -1,0 +1,17 @@
+#pragma once
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/app/robot/plant.hpp"
+#include "waymark/robots/gazebo/gazebo_link.hpp"
+#include "waymark/robots/gazebo/profile.hpp"
+
+namespace waymark {
+
+/// Runs a plant with this camera on the network of Gazebo, until it is cancelled: it publishes what a
+/// profile subscribes (pictures, calibration, odometry, IMU, lidar, poses, clock), stamped with simulated
+/// time that runs as fast as real time or slower, and obeys its commands. Of a robot in Gazebo the last one
+/// counts until the next comes: its plant has no watchdog.
+[[nodiscard]] Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, Plant& plant,
+                                          const CameraModel& camera, const JobControl& control);
+
+}  // namespace waymark

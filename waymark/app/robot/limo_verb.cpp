@@ -1,0 +1,46 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/standard_wire.hpp"
+#include "waymark/config/robot_list.hpp"
+#include "waymark/robots/limo/limo_robot.hpp"
+
+namespace waymark::cli {
+namespace {
+
+ExitCode limo_robot(const LimoRobotWords& args, Console& console) {
+  const auto robot = read_named_robot(args.robot_file);
+  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
+  if (!drive) return console.failed(drive.error(), ExitCode::Usage);
+  LimoRobotOptions options = args.options;
+  options.drive = *drive;
+  const Status status = run_limo_robot(*robot, options, standard_wire(console, args.listen_only));
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+}
+
+Verb limo_robot_verb() {
+  return {
+      .name = "robot",
+      .sentence = "Be the process of a LIMO on a serial port: what --robot limo:PORT starts",
+      .help =
+          R"(Holds the serial port, writes what LIMO senses as JSON lines on standard output, reads commands from standard input
+and sends them 25 times a second (docs/formats/robot-process.md). `waymark teach --robot limo:/dev/ttyTHS1` starts
+it behind its watchdog. Alone it shows whether LIMO is heard and obeys: docs/howto/limo.md.
+
+Exit code: 0 its input ended; 1 no such port, LIMO does not answer or obey, or the cable was cut; 2 wrong usage.
+
+Example:
+  waymark limo robot /dev/ttyTHS1 < /dev/null
+)",
+      .prepare = prepared_job(limo_robot)};
+}
+
+}  // namespace
+
+Verb limo_verb() {
+  return {.name = "limo",
+          .sentence = "Drive AgileX LIMO by its serial port, without ROS: a robot's process",
+          .help = "Example:\n  waymark limo robot /dev/ttyTHS1 < /dev/null\n",
+          .verbs = {limo_robot_verb()}};
+}
+
+}  // namespace waymark::cli

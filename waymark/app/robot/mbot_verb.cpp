@@ -1,0 +1,51 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/standard_wire.hpp"
+#include "waymark/config/robot_list.hpp"
+#include "waymark/robots/mbot/mbot_robot.hpp"
+
+namespace waymark::cli {
+namespace {
+
+ExitCode mbot_robot(const MbotRobotWords& args, Console& console) {
+  const auto address = lcm_address(args.address);
+  if (!address) return console.failed(address.error(), ExitCode::Usage);
+  const auto robot = read_named_robot(args.robot_file);
+  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.wire.shares()};
+  options.bridge.robot = robot->model.name;
+  options.bridge.tag_latency =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(args.tag_latency_s));
+  const Status status = run_mbot_robot(options, standard_wire(console, args.wire.listen_only));
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+}
+
+Verb mbot_robot_verb() {
+  return {
+      .name = "robot",
+      .sentence = "Be the process of an MBot: what --robot mbot:ADDRESS starts",
+      .help =
+          R"(Hears the messages of an MBot (mbot_lcm_base) on LCM and writes what comes as JSON lines on standard output; reads
+commands from standard input and publishes them as MBOT_VEL_CMD (docs/formats/robot-process.md). `waymark teach
+--robot mbot:` starts it behind its watchdog. Alone it shows whether a robot is heard.
+
+The hello comes when odometry was heard and no commands of another program for 0.4 s; the input counts from then on.
+
+Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
+liblcm; 2 wrong usage.
+
+Example:
+  waymark mbot robot < /dev/null
+)",
+      .prepare = prepared_job(mbot_robot)};
+}
+
+}  // namespace
+
+Verb mbot_verb() {
+  return {.name = "mbot",
+          .sentence = "Join the LCM network of an MBot",
+          .help = "Example:\n  waymark mbot robot udpm://239.255.76.67:7667?ttl=1\n",
+          .verbs = {mbot_robot_verb()}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,112 @@
+#include "waymark/app/robot/robot_sim.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "waymark/app/robot/gazebo_robot_sim.hpp"
+#include "waymark/app/robot/process_plant.hpp"
+#include "waymark/app/robot/ros2_robot_sim.hpp"
+#include "waymark/app/robot/simulated_plant.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/mbot/presence.hpp"
+#include "waymark/simulation/path.hpp"
+
+namespace waymark {
+namespace {
+
+Result<std::unique_ptr<Plant>> at_begin_of_line(const SimulatedSetup& setup) {
+  constexpr double kStep_m = 0.02;
+  const auto path = sample_path(setup.world.path_m, setup.world.path_closed, kStep_m);
+  if (path.empty())
+    return fail(ErrorCode::InvalidArgument, "the world has no line (path_m), at whose begin the robot starts",
+                {.source = setup.world.name});
+  return make_simulated_plant(setup, path.front().map_T_path);
+}
+
+/// The types of lines that the wire cannot do without.
+std::vector<std::string> lines_of(SimWire wire) {
+  if (wire == SimWire::Gazebo) return {"image"};
+  if (wire == SimWire::Mbot) return {"detections"};
+  return {};
+}
+
+Status run_as_mbot(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
+                   const JobControl& control) {
+  if (setup.pictures)
+    return fail(ErrorCode::InvalidArgument, "an MBot sends no pictures over LCM, but the poses of tags",
+                {.key = "--images"}, "Leave it out.");
+  if (Status alone = no_mbot_at(job.mbot_address); !alone) return alone;
+  const auto link = open_lcm(job.mbot_address);
+  if (!link) return tl::unexpected(link.error());
+  return run_mbot_robot_sim(**link, plant, setup, job.mbot_generation, control);
+}
+
+Status run_as_gazebo(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
+                     const JobControl& control) {
+  const auto profile = find_gazebo_profile(job.gazebo_profile);
+  if (!profile) return tl::unexpected(profile.error());
+  const auto link = open_gazebo();
+  if (!link) return tl::unexpected(link.error());
+  return run_gazebo_robot_sim(**link, *profile, plant, setup.camera, control);
+}
+
+Status run_as_ros2(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
+                   const JobControl& control) {
+  const auto bus = open_bus(job.ros2);
+  if (!bus) return tl::unexpected(bus.error());
+  return run_ros2_robot_sim(**bus, plant, setup, control);
+}
+
+}  // namespace
+
+SimWire wire_of(const RobotSimWords& request) {
+  if (request.limo) return SimWire::Limo;
+  if (!request.job.mbot_address.empty()) return SimWire::Mbot;
+  if (!request.job.gazebo_profile.empty()) return SimWire::Gazebo;
+  return request.ros2 ? SimWire::Ros2 : SimWire::Process;
+}
+
+Status fit_to_wire(SimWire wire, SimulatedSetup& setup) {
+  if (wire != SimWire::Gazebo) return {};
+  constexpr double kNever_s = 1e6;  // Gazebo's diff drive goes on with the last command for ever
+  setup.robot.watchdog_s = kNever_s;
+  if (setup.pictures) return {};
+  return fail(ErrorCode::InvalidArgument, "Gazebo's topics carry pictures, not the corners of tags",
+              {.key = "--gazebo"}, "Add --images.");
+}
+
+std::optional<RobotCommand> plant_command(const std::string& word) {
+  constexpr std::string_view kProcess = "process:";
+  if (!word.starts_with(kProcess) || word.size() == kProcess.size()) return std::nullopt;
+  return RobotCommand(word.substr(kProcess.size()));
+}
+
+Result<std::unique_ptr<Plant>> make_plant(SimWire wire, const RobotSetup& setup, const JobControl& control) {
+  if (setup.process.empty()) return at_begin_of_line(setup.simulated);
+  return start_process_plant(setup.process, {.sends = lines_of(wire),
+                                             .watchdog_s = setup.simulated.robot.watchdog_s,
+                                             .should_stop = control.cancelled,
+                                             .on_text = control.note});
+}
+
+Status run_robot_sim(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
+                     const std::function<void(const std::string&)>& on_port, const JobControl& control) {
+  switch (job.wire) {
+    case SimWire::Process:
+      break;
+    case SimWire::Ros2:
+      return run_as_ros2(job, plant, setup, control);
+    case SimWire::Limo: {
+      LimoSimOptions options = job.limo;
+      options.seed = setup.robot.seed;
+      return run_limo_robot_sim(plant, setup, options, on_port, control);
+    }
+    case SimWire::Mbot:
+      return run_as_mbot(job, plant, setup, control);
+    case SimWire::Gazebo:
+      return run_as_gazebo(job, plant, setup, control);
+  }
+  return run_simulated_process(plant, setup, job.process, control);
+}
+
+}  // namespace waymark

@@ -1,0 +1,98 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/ros2_flags.hpp"
+#include "waymark/app/cli/standard_wire.hpp"
+#include "waymark/config/robot_list.hpp"
+#include "waymark/robots/ros2/relay.hpp"
+#include "waymark/robots/ros2/ros2_robot.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct Ros2RobotArgs : Ros2RobotWords {
+  explicit Ros2RobotArgs(CLI::App& app) : network(app) {
+    add_fields(app, static_cast<Ros2RobotWords&>(*this));
+  }
+
+  Ros2Flags network;
+};
+
+ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
+  const auto profile = find_ros2_profile(args.profile);
+  if (!profile) return console.failed(profile.error(), ExitCode::Usage);
+  const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
+  auto options = args.network.options("waymark_robot", profile->ros_distro);
+  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (Status there = use_interface_of(*profile, *options); !there)
+    return console.failed(there.error(), ExitCode::Usage);
+  const Status status =
+      run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.wire.listen_only),
+                     {.share_commands = args.wire.shares()});
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+}
+
+Verb ros2_robot_verb() {
+  return {
+      .name = "robot",
+      .sentence = "Be the process of a robot that speaks ROS 2: what --robot ros2:PROFILE starts",
+      .help =
+          R"(Subscribes the topics of the profile and writes what comes as JSON lines on standard output; reads commands from
+standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot ros2:limo` starts it behind
+its watchdog. Alone it shows whether a robot is heard.
+
+The hello comes when odometry was heard and no commands of another program for 1.5 s; the input counts from then on.
+
+Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
+module for ROS 2; 2 wrong usage.
+
+Example:
+  waymark ros2 robot limo < /dev/null
+)",
+      .prepare = prepared(ros2_robot)};
+}
+
+struct RelayArgs {
+  explicit RelayArgs(CLI::App& app) : network(app) { add_fields(app, relay); }
+
+  Ros2Flags network;
+  RelayOptions relay{};
+};
+
+ExitCode relay(const RelayArgs& args, Console& console) {
+  const auto options = args.network.options("waymark_relay");
+  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (Status possible = check_relay(args.relay); !possible)
+    return console.failed(possible.error(), ExitCode::Usage);
+  const Status status = run_relay(
+      args.relay, *options, [&](const std::string& words) { console.say(words); }, interrupted);
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+}
+
+Verb ros2_relay_verb() {
+  return {
+      .name = "relay",
+      .sentence =
+          "Pass velocity commands on and stop the robot when they cease: a watchdog to run on the robot",
+      .help =
+          R"(For robots that go on driving when commands cease, such as TurtleBot3: runs on the robot itself, passes commands on
+from one topic to another, and publishes zero when none came for 0.25 s, at least 25 times a second. A second process
+publishes zero where the relay is killed. The profile's command_topic is then the topic the commands come on.
+
+Exit code: 0 ended by Ctrl-C, 1 the network failed, 2 wrong usage.
+
+Example:
+  waymark ros2 relay --from /waymark/cmd_vel --to /cmd_vel --stamped
+)",
+      .prepare = prepared(relay)};
+}
+
+}  // namespace
+
+Verb ros2_verb() {
+  return {.name = "ros2",
+          .sentence = "Join a ROS 2 network without ROS: topics, a robot's process, a watchdog for robots",
+          .help = "Example:\n  waymark ros2 topic list\n",
+          .verbs = {ros2_topic_verb(), ros2_robot_verb(), ros2_relay_verb()}};
+}
+
+}  // namespace waymark::cli

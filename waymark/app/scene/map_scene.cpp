@@ -1,0 +1,287 @@
+#include "waymark/app/scene/map_scene.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/route_files.hpp"
+#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/app/common/stopwatch.hpp"
+#include "waymark/app/scene/scene_recording.hpp"
+#include "waymark/base/suggest.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/tagslam_folder.hpp"
+#include "waymark/config/tagslam_write.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/mapping/scene/scene_checks.hpp"
+
+namespace waymark {
+namespace {
+
+std::string words_of(const std::vector<TagId>& tags) {
+  std::vector<std::string> names;
+  constexpr std::size_t kMost = 12;
+  names.reserve(tags.size());
+  for (const TagId& tag : tags) names.push_back(std::to_string(tag.number));
+  const std::size_t all = names.size();
+  if (all > kMost) names.resize(kMost);
+  return fmt::format("{}{}", fmt::join(names, ", "),
+                     all > kMost ? fmt::format(" and {} more", all - kMost) : "");
+}
+
+/// The sum of what is not known of a body and of a tag on it is no more than not knowing: readers refuse
+/// numbers that are out of all proportion.
+Matrix6 at_most_unknown(const Matrix6& P) {
+  constexpr double kUnknown = 1e6;
+  const double largest = P.diagonal().maxCoeff();
+  return largest > kUnknown ? Matrix6(P * (kUnknown / largest)) : P;
+}
+
+MapFile map_file(const MapSceneJob& job, const SceneMap& map) {
+  MapFile file{.provenance = {{"method", "bundle"},
+                              {"recording", std::filesystem::path(job.recording).filename().string()}}};
+  int most = -1;
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    const SceneBody& body = map.scene.bodies[b];
+    for (std::size_t t = 0; t < body.tags.size(); ++t) {
+      const auto pose = map.map_T_tag(b, t);
+      const PoseIndex of_tag = map.problem.tags[b][t];
+      const auto observations =
+          static_cast<int>(std::ranges::count_if(map.problem.bundle.corners, [&](const CornerTerm& term) {
+            return term.used && term.tag == of_tag;
+          }));
+      if (!pose || observations == 0) continue;
+      const PoseIndex of_body = map.problem.bodies[b].front();
+      const Matrix6 Ad = map.problem.bundle.poses[of_body].value.adjoint();
+      file.tags.tags[body.tags[t].id] = {*pose, body.tags[t].size_m,
+                                         at_most_unknown(map.covariance.poses[of_body] +
+                                                         Ad * map.covariance.poses[of_tag] * Ad.transpose())};
+      file.observations[body.tags[t].id] = observations;
+      const bool known = map.problem.bundle.poses[of_tag].fixed || body.tags[t].body_T_tag.has_value();
+      const int merit = observations + (known ? 1'000'000'000 : 0);
+      if (merit > most) file.anchor = body.tags[t].id;
+      most = std::max(most, merit);
+    }
+  }
+  return file;
+}
+
+Trajectory trajectory_of(const SceneRecording& recording, const SceneMap& map, std::size_t body) {
+  std::vector<char> tied(map.problem.bundle.poses.size(), 0);
+  for (const CornerTerm& term : map.problem.bundle.corners) {
+    if (term.used) tied[term.rig] = tied[term.body] = 1;
+  }
+  for (const RelativeTerm& term : map.problem.bundle.relatives) tied[term.a] = tied[term.b] = 1;
+  Trajectory trajectory;
+  for (std::size_t f = 0; f < recording.frames.size(); ++f) {
+    const PoseIndex pose = map.problem.bodies[body][f];
+    if (map.placed[pose] != 0 && tied[pose] != 0)
+      trajectory.push_back({recording.frames[f].stamp, map.problem.bundle.poses[pose].value});
+  }
+  return trajectory;
+}
+
+/// Into a folder of its own; the report says where it belongs.
+Status write_scene(const MapSceneJob& job, const SceneRecording& recording,
+                   const std::filesystem::path& folder, MapSceneReport& report) {
+  const auto write = [&](const std::string& name, const std::string& text) -> Status {
+    Status status = write_text_file(folder / name, text);
+    if (status) report.files.push_back((job.folder / name).string());
+    return status;
+  };
+  Status status;
+  const MapFile file = map_file(job, report.map);
+  if (!file.tags.tags.empty()) {
+    status = write_map(folder / "map.yaml", file);
+    if (status) report.files.push_back((job.folder / "map.yaml").string());
+  }
+  if (status) status = write("poses.yaml", to_tagslam_poses(report.map));
+  if (status) status = write("camera_poses.yaml", to_tagslam_camera_poses(report.map));
+  std::vector<char> somewhere(recording.frames.size(), 0);
+  for (std::size_t b = 0; status && b < report.map.scene.bodies.size(); ++b) {
+    if (report.map.scene.bodies[b].is_static) continue;
+    const Trajectory trajectory = trajectory_of(recording, report.map, b);
+    report.frames_without_pose =
+        std::max(report.frames_without_pose, static_cast<int>(recording.frames.size() - trajectory.size()));
+    std::string name = report.map.scene.bodies[b].name;
+    std::ranges::replace(name, '/', '_');
+    status = write("trajectory_" + name + ".txt", to_tum(trajectory));
+  }
+  return status;
+}
+
+Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recording, const Stopwatch& watch,
+                          MapSceneReport& report) {
+  Result<StagedFolder> staged = StagedFolder::open(job.folder);
+  if (!staged) return tl::unexpected(staged.error());
+  Status status = write_scene(job, recording, staged->path(), report);
+  if (!status) return staged->failed(status.error());
+  report.wall_s = watch.seconds();
+  report.peak_rss_mib = peak_rss_mib();
+  report.files.push_back((job.folder / "summary.json").string());
+  status = write_text_file(staged->path() / "summary.json", to_json(report).dump(2) + "\n");
+  if (!status) return staged->failed(status.error());
+  std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
+  routes.emplace_back();
+  const auto aside = staged->put_in_place(files_of_map(routes));
+  return aside ? Status() : tl::unexpected(aside.error());
+}
+
+void warn(MapSceneReport& report) {
+  const SceneMap& map = report.map;
+  for (const std::vector<TagId>& group : map.unconnected) {
+    const bool tied = std::ranges::any_of(
+        map.left_out_cuts, [&](const SceneCut& cut) { return cut.beyond == group; });  // said by scene_doubts
+    if (tied) continue;
+    report.warnings.push_back(
+        fmt::format("tag{} {} {} never seen together with one that leads to the map: left out",
+                    group.size() > 1 ? "s" : "", words_of(group), group.size() > 1 ? "were" : "was"));
+  }
+  for (std::string& words : scene_doubts(map)) report.warnings.push_back(std::move(words));
+  if (!map.rejected_tags.empty())
+    report.warnings.push_back(
+        fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",
+                    words_of(map.rejected_tags)));
+  std::vector<TagId> foreign;
+  foreign.reserve(map.observations.foreign.size());
+  for (const auto& [id, count] : map.observations.foreign) foreign.push_back(id);
+  if (!foreign.empty())
+    report.warnings.push_back(
+        fmt::format("{} ids belong to no body and were passed over: {}", foreign.size(), words_of(foreign)));
+  if (!map.rejected.empty())
+    report.warnings.push_back(fmt::format("{} of {} observations contradict the others and were left out",
+                                          map.rejected.size(), map.observations.seen.size()));
+  for (std::size_t c = 0; c < map.scene.cameras.size(); ++c) {
+    if (map.placed[map.problem.cameras[c]] == 0)
+      report.warnings.push_back(map.scene.cameras[c].name + " never saw anything that says where it is");
+  }
+}
+
+/// By camera and name: as found, its standard deviation, as given.
+nlohmann::ordered_json to_json(const std::vector<FoundIntrinsics>& found, const TagScene& scene) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::object();
+  for (const FoundIntrinsics& lens : found) {
+    nlohmann::ordered_json numbers = nlohmann::ordered_json::object();
+    for (Eigen::Index i = 0; i < lens.found.size(); ++i)
+      numbers[lens.names[static_cast<std::size_t>(i)]] = {
+          {"value", lens.found[i]}, {"sigma", lens.sigma[i]}, {"given", lens.given[i]}};
+    all[scene.cameras[lens.camera].name] = std::move(numbers);
+  }
+  return all;
+}
+
+}  // namespace
+
+Status describe_scene(const std::string& model, bool free_intrinsics, MapSceneJob& job) {
+  const std::vector<std::string> models = {"waymark", "tagslam"};
+  if (std::ranges::find(models, model) == models.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", model), {.key = "--model"},
+                suggestion(model, models));
+  if (free_intrinsics && model == "tagslam")
+    return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
+                {.key = "--free-intrinsics"}, "Leave it out, or leave out --model tagslam.");
+  job.options.model = model == "tagslam" ? SceneModel::Tagslam : SceneModel::Waymark;
+  job.options.free_intrinsics = free_intrinsics;
+  return {};
+}
+
+Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
+  const Stopwatch watch;
+  if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
+  Result<TagScene> scene = read_tagslam_folder(job.tagslam);
+  if (!scene) return tl::unexpected(scene.error());
+  MapSceneReport report;
+  Result<SceneRecording> recording = read_scene_recording(job.recording, *scene, control, report.warnings);
+  if (!recording) return tl::unexpected(recording.error());
+  recording->nearest_odometry = job.options.model == SceneModel::Tagslam;
+  std::optional<SceneValues> values;
+  if (!job.against.empty()) {
+    Result<SceneValues> read = read_scene_values(job.against, *scene);
+    if (!read) return tl::unexpected(read.error());
+    values = std::move(*read);
+    restrict_to(*values, *recording);
+  }
+  const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
+    control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
+    return !control.cancelled();
+  };
+  Result<SceneMap> map = map_scene(*scene, *recording, job.options, progress);
+  if (control.cancelled())
+    return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
+                {.source = job.folder.string()});
+  if (!map) return tl::unexpected(map.error());
+  report.map = std::move(*map);
+  report.frames = static_cast<int>(recording->frames.size());
+  warn(report);
+  if (values) {
+    Result<CostAtValues> cost = cost_at(*values, *scene, *recording, job.options);
+    if (!cost) return tl::unexpected(cost.error());
+    report.against = *cost;
+  }
+  if (Status status = write_scene_folder(job, *recording, watch, report); !status)
+    return tl::unexpected(status.error());
+  return report;
+}
+
+nlohmann::ordered_json to_json(const MapSceneReport& report) {
+  const SceneMap& map = report.map;
+  std::set<TagId> seen;
+  std::size_t tags = 0;
+  for (const SceneObservation& observation : map.observations.seen) {
+    const SceneTag& tag = map.scene.bodies[observation.body].tags[observation.tag];
+    if (seen.insert(tag.id).second && map.placed[map.problem.tags[observation.body][observation.tag]] != 0)
+      ++tags;
+  }
+  const auto numbers = [](const auto& ids, auto number) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const auto& id : ids) list.push_back(number(id));
+    return list;
+  };
+  nlohmann::ordered_json unconnected = nlohmann::ordered_json::array();
+  for (const auto& group : map.unconnected)
+    unconnected.push_back(numbers(group, [](const TagId& t) { return t.number; }));
+  const auto cuts = [&](const std::vector<SceneCut>& all) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    const auto number = [](const TagId& t) { return t.number; };
+    for (const SceneCut& cut : all)
+      list.push_back({{"ids", numbers(cut.beyond, number)},
+                      {"by_ids", numbers(cut.by, number)},
+                      {"observations", cut.observations}});
+    return list;
+  };
+  nlohmann::ordered_json json = {
+      {"frames", report.frames},
+      {"frames_without_pose", report.frames_without_pose},
+      {"observations", map.observations.seen.size()},
+      {"tags", tags},
+      {"rejected_observations", map.rejected.size()},
+      {"foreign_ids",
+       numbers(map.observations.foreign, [](const auto& entry) { return entry.first.number; })},
+      {"rejected_tag_ids", numbers(map.rejected_tags, [](const TagId& t) { return t.number; })},
+      {"unconnected_ids", unconnected},
+      {"undetermined_ids", numbers(map.undetermined, [](const TagId& t) { return t.number; })},
+      {"thin_cuts", cuts(map.thin_cuts)},
+      {"left_out_cuts", cuts(map.left_out_cuts)},
+      {"size_scale", map.size_scale},
+      {"noise_px", map.noise_px},
+      {"reprojection_mean_px", map.reprojection_mean_px},
+      {"reprojection_median_px", map.reprojection_median_px},
+      {"cost", map.cost},
+      {"iterations", map.summary.iterations},
+      {"files", report.files},
+      {"wall_s", report.wall_s},
+      {"peak_rss_mib", report.peak_rss_mib},
+      {"warnings", report.warnings}};
+  if (!map.intrinsics.empty()) json["intrinsics"] = to_json(map.intrinsics, map.scene);
+  if (report.against)
+    json["against"] = {{"cost", report.against->cost},
+                       {"free_poses", report.against->free_poses},
+                       {"reprojection_mean_px", report.against->reprojection_mean_px},
+                       {"reprojection_median_px", report.against->reprojection_median_px}};
+  return json;
+}
+
+}  // namespace waymark

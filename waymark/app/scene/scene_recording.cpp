@@ -1,0 +1,145 @@
+#include "waymark/app/scene/scene_recording.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/cdr_channels.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2_tagslam_messages.hpp"
+
+namespace waymark {
+namespace {
+
+bool holds_tags(const LogChannel& channel) {
+  std::string type = channel.type;
+  return type == ros2::ApriltagArrayStamped::kType || type == ros2::AprilTagDetectionArray::kType;
+}
+
+/// Topics mean the same with and without the first slash.
+std::string_view without_slash(std::string_view topic) {
+  return topic.starts_with('/') ? topic.substr(1) : topic;
+}
+
+Result<std::map<std::string, std::size_t>> cameras_by_topic(const MessageLog& log, const TagScene& scene) {
+  std::vector<std::string> topics;
+  for (const LogChannel& channel : log.channels()) {
+    if (holds_tags(channel)) topics.push_back(channel.topic);
+  }
+  std::map<std::string, std::size_t> cameras;
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
+    const std::string& wanted = scene.cameras[c].topic;
+    const auto it = std::ranges::find_if(
+        topics, [&](const std::string& topic) { return without_slash(topic) == without_slash(wanted); });
+    if (it != topics.end()) {
+      cameras[*it] = c;
+    } else if (scene.cameras.size() == 1 && topics.size() == 1) {
+      cameras[topics.front()] = c;
+    } else {
+      return fail(ErrorCode::NotFound,
+                  fmt::format("there are no detections of {} on topic '{}'", scene.cameras[c].name, wanted),
+                  {},
+                  topics.empty() ? "No topic of this recording holds tags with corners."
+                                 : fmt::format("Topics that hold tags: {}.", fmt::join(topics, ", ")));
+    }
+  }
+  return cameras;
+}
+
+class Reader {
+ public:
+  explicit Reader(const TagScene& scene) : scene_(scene) {
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+      if (!scene.bodies[b].odometry_frame.empty()) bodies_[scene.bodies[b].odometry_frame] = b;
+    }
+  }
+
+  /// Detections of a camera.
+  Status tags(std::size_t camera, const LogChannel& channel, std::uint64_t log_time, ByteSpan cdr) {
+    SampleDecoder decoder([&](const Sample& sample) -> Status {
+      const auto* frame = std::get_if<TagFrame>(&sample);
+      if (frame != nullptr) views_.push_back({frame->stamp, {camera, frame->detections}});
+      return {};
+    });
+    Status status = decoder.add(channel.topic, channel.type, log_time, cdr);
+    return status ? decoder.finish() : status;
+  }
+
+  Status odometry(ByteSpan cdr) {
+    const auto message = cdr::decode<ros2::Odometry>(cdr);
+    if (!message) return tl::unexpected(message.error());
+    const auto it = bodies_.find(message->child_frame_id);
+    if (it == bodies_.end()) return {};
+    const ros2::Pose& pose = message->pose.pose;
+    const Eigen::Vector4d q(pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w);
+    if (!(q.norm() > 0.5 && q.norm() < 2))
+      return fail(ErrorCode::Unreadable, "odometry whose quaternion is none");
+    odometry_.push_back({ros2::from_ros(message->header.stamp), it->second, ros2::from_ros(pose)});
+    return {};
+  }
+
+  [[nodiscard]] bool wants_odometry() const { return !bodies_.empty(); }
+
+  SceneRecording finish() {
+    std::ranges::stable_sort(odometry_, {}, &SceneOdometry::stamp);
+    return {group_views(std::move(views_), scene_.approximate_sync), std::move(odometry_)};
+  }
+
+ private:
+  const TagScene& scene_;
+  std::map<std::string, std::size_t> bodies_;
+  std::vector<std::pair<SensorTime, SceneView>> views_;
+  std::vector<SceneOdometry> odometry_;
+};
+
+}  // namespace
+
+Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, const TagScene& scene,
+                                            const JobControl& control, std::vector<std::string>& problems) {
+  const auto log = open_log(path, control.log_options());
+  if (!log) return tl::unexpected(log.error());
+  if ((*log)->format() == LogFormat::Csv)
+    return fail(ErrorCode::InvalidArgument, "a CSV table does not say which camera saw its detections when",
+                {.source = path.string()},
+                "Scenes of --tagslam are mapped from a bag or an MCAP file of detections.");
+  const auto cameras = cameras_by_topic(**log, scene);
+  if (!cameras) {
+    Error error = cameras.error();
+    error.place.source = path.string();
+    return tl::unexpected(error);
+  }
+  Reader reader(scene);
+  LogSelection selection;
+  for (const auto& [topic, camera] : *cameras) selection.topics.insert(topic);
+  for (const LogChannel& channel : (*log)->channels()) {
+    if (channel.type == ros2::Odometry::kType && reader.wants_odometry())
+      selection.topics.insert(channel.topic);
+  }
+  const auto note = [&](LogProblem::Kind /*kind*/, const std::string& /*key*/, const Error& error) {
+    problems.push_back(to_string(error));
+  };
+  CdrChannels channels(note);
+  const Status status =
+      (*log)->visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
+        const auto cdr = channels.convert(channel, message);
+        if (!cdr || !cdr->channel->known_layout) return {};
+        const auto camera = cameras->find(channel.topic);
+        Status read = camera != cameras->end()
+                          ? reader.tags(camera->second, cdr->channel->channel, message.log_time, cdr->data)
+                          : reader.odometry(cdr->data);
+        if (!read) problems.push_back(to_string(read.error()));
+        return {};
+      });
+  if (!status) return tl::unexpected(status.error());
+  for (const LogProblem& problem : (*log)->problems()) problems.push_back(to_string(problem.error));
+  SceneRecording recording = reader.finish();
+  if (recording.frames.empty())
+    return fail(ErrorCode::NotFound, "there is no frame of these cameras in it", {.source = path.string()});
+  return recording;
+}
+
+}  // namespace waymark

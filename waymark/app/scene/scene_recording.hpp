@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/mapping/scene/scene_values.hpp"
+#include "waymark/mapping/scene/tag_scene.hpp"
+
+namespace waymark {
+
+/// What cameras and odometry of a scene say in a recording of any format: cameras by the topic of their
+/// detections (or the only topic of detections, for the only camera), odometry by its child frame. `problems`
+/// is called with what is damaged. Fails when a camera's topic is not there: the error names those that are.
+[[nodiscard]] Result<SceneRecording> read_scene_recording(const std::filesystem::path& path,
+                                                          const TagScene& scene, const JobControl& control,
+                                                          std::vector<std::string>& problems);
+
+/// Another solution (docs/formats/tagslam.md): ref_static.csv `parent,child,px,py,pz,qx,qy,qz,qw` with
+/// TagSLAM's tag frames, and ref_trajectory.csv `t_ns,body,px,…,qw,…`.
+[[nodiscard]] Result<SceneValues> read_scene_values(const std::filesystem::path& folder,
+                                                    const TagScene& scene);
+
+}  // namespace waymark

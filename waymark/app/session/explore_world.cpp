@@ -1,0 +1,166 @@
+#include "waymark/app/session/explore_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/stopwatch.hpp"
+#include "waymark/app/live/start_recording.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/pipeline/localizer.hpp"
+#include "waymark/runtime/explore_session.hpp"
+#include "waymark/simulation/collision.hpp"
+
+namespace waymark {
+namespace {
+
+/// For robots whose file has no lidar: LIMO's turns eight times a second.
+constexpr double kUsualLidar_hz = 8;
+
+Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
+  if (job.map.empty()) return setup.simulated.world.tags;
+  const auto file = read_map(map_file_of(job.map));
+  if (!file) return tl::unexpected(file.error());
+  return file->tags;
+}
+
+/// What the truth says of a robot that wanders.
+class Judge {
+ public:
+  Judge(const World& world, const Hull& hull) : world_(world), hull_(hull) {}
+
+  void receive(const TruthPose& truth) {
+    const SE2 map_T_base = project_to_plane(truth.map_T_base);
+    if (!path_.empty())
+      distance_m_ += (map_T_base.translation() - path_.rbegin()->second.translation()).norm();
+    path_[truth.stamp] = map_T_base;
+    constexpr std::size_t kOneSecond = 50;
+    if (path_.size() > kOneSecond) path_.erase(path_.begin());
+    const double near_m = obstacle_distance_m(world_, hull_, map_T_base);
+    if (near_m <= 0 && nearest_now_m_ > 0) ++collisions_;
+    nearest_now_m_ = near_m;
+    nearest_m_ = std::min(nearest_m_, near_m);
+  }
+  void receive(const LocalizationEstimate& estimate) {
+    ++estimates_;
+    if (!estimate.certain || path_.empty()) return;
+    const auto after = path_.lower_bound(estimate.stamp);
+    const SE2 error =
+        (after == path_.end() ? path_.rbegin()->second : after->second).inverse() * estimate.map_T_base;
+    position_m_.push_back(error.translation().norm());
+    heading_square_ += error.yaw() * error.yaw();
+  }
+  void fill(ExploreReport& report) const {
+    report.distance_m = distance_m_;
+    report.collisions = collisions_;
+    report.nearest_m = nearest_m_;
+    report.estimates = estimates_;
+    if (position_m_.empty()) return;
+    const auto n = static_cast<double>(position_m_.size());
+    report.certain_fraction = n / static_cast<double>(estimates_);
+    double square = 0;
+    for (const double e : position_m_) square += e * e;
+    report.position_rmse_m = std::sqrt(square / n);
+    report.position_p95_m = quantile(position_m_, 0.95);
+    report.position_max_m = std::ranges::max(position_m_);
+    report.heading_rmse_deg = to_degrees(std::sqrt(heading_square_ / n));
+  }
+
+ private:
+  const World& world_;
+  Hull hull_;
+  std::map<SensorTime, SE2> path_{};  ///< of the last second
+  double distance_m_ = 0;
+  int collisions_ = 0;
+  double nearest_now_m_ = std::numeric_limits<double>::infinity();
+  double nearest_m_ = std::numeric_limits<double>::infinity();
+  std::size_t estimates_ = 0;
+  std::vector<double> position_m_{};
+  double heading_square_ = 0;
+};
+
+/// Listeners of an exploring robot: the judge, the recording, the control.
+ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorder,
+                            const JobControl& control) {
+  return {.on_sample = [&judge, &recorder](const Sample& sample) -> Status {
+            if (const auto* truth = std::get_if<TruthPose>(&sample)) judge.receive(*truth);
+            return recorder ? recorder->add(sample) : Status();
+          },
+          .on_step = [&judge, &recorder](SensorTime now, const ExploreStep&,
+                                         const std::optional<LocalizationEstimate>& estimate) -> Status {
+            if (estimate) judge.receive(*estimate);
+            if (!recorder || !estimate || !estimate->certain) return {};
+            return recorder->add_message(topics::kEstimate, now, estimate_message(*estimate));
+          },
+          .on_progress = [&control](const std::string& line) { control.progress({.words = line}); }};
+}
+
+Explorer explorer_of(const SimulatedSetup& setup, const ExploreOptions& options) {
+  constexpr std::uint64_t kExploreSeed = 2000;  // the wandering must not be in step with the sensors' noise
+  const LidarOptions& lidar = setup.robot.lidar;
+  return {options, setup.model, SE2(lidar.x_m, lidar.y_m, to_radians(lidar.yaw_deg)),
+          Random(setup.robot.seed + kExploreSeed)};
+}
+
+Result<std::optional<SampleRecorder>> recorder_of(const RobotSetup& setup, const ExploreJob& job) {
+  if (job.output.empty()) return std::optional<SampleRecorder>();
+  Result<SampleRecorder> recorder = start_recording(
+      job.output,
+      {.verb = "explore", .driver = "explore", .options = "explore:\n" + write_fields(job.explore, 2)},
+      setup);
+  if (!recorder) return tl::unexpected(recorder.error());
+  return std::optional<SampleRecorder>(std::move(*recorder));
+}
+
+}  // namespace
+
+Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job, const JobControl& control) {
+  const Stopwatch watch;
+  SimulatedSetup& simulated = setup.simulated;
+  if (simulated.robot.lidar.rate_hz <= 0) simulated.robot.lidar.rate_hz = kUsualLidar_hz;
+  auto tags = tags_of(setup, job);
+  if (!tags) return tl::unexpected(tags.error());
+  auto localizer =
+      Localizer::make({.landmarks = Landmarks(*tags),
+                       .tags = *tags,
+                       .sensor = {simulated.camera, simulated.model.base_T_cam, simulated.more_cameras},
+                       .filter = job.filter});
+  if (!localizer) return tl::unexpected(localizer.error());
+  auto recorder = recorder_of(setup, job);
+  if (!recorder) return tl::unexpected(recorder.error());
+  Judge judge(simulated.world, simulated.model.hull);
+  const double most_s = 60 * job.minutes;
+  ExploreSession session(explorer_of(simulated, job.explore), std::move(*localizer), *tags, most_s,
+                         listener_of(judge, *recorder, control));
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) { return session.receive(sample); };
+  listener.should_stop = control.cancelled;
+  const auto end = drive_lap(
+      simulated,
+      [&](const SE2& /*map_T_base*/, Duration uptime, SensorTime now) { return session.decide(uptime, now); },
+      listener, most_s + 1);
+  const Status closed = *recorder ? (*recorder)->close() : Status();
+  if (!end) return tl::unexpected(end.error());
+  if (!closed) return tl::unexpected(closed.error());
+  const ExploreEnd explored = session.end();
+  ExploreReport report{.interrupted = end->interrupted,
+                       .stands = explored.stands,
+                       .seconds = end->lap_s,
+                       .turns = explored.turns,
+                       .tags = tags->tags.size()};
+  for (const auto& [tag, frames] : explored.seen) report.seen.push_back(to_string(tag));
+  judge.fill(report);
+  report.wall_s = watch.seconds();
+  return report;
+}
+
+}  // namespace waymark

@@ -1,0 +1,236 @@
+#include "waymark/app/session/run_session.hpp"
+
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/app/live/inputs.hpp"
+#include "waymark/app/live/live_robot.hpp"
+#include "waymark/app/live/session_viewers.hpp"
+#include "waymark/app/live/start_recording.hpp"
+#include "waymark/app/live/stop_key.hpp"
+#include "waymark/app/map/map_recording.hpp"
+#include "waymark/app/replay/live_replay.hpp"
+#include "waymark/app/teach/lap_recording.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// map_recording() without a word, on whatever thread it is called.
+MapMaker map_quietly(std::function<bool()> cancelled) {
+  return [cancelled = std::move(cancelled)](const std::string& lap, const fs::path& folder) -> Status {
+    JobControl control;
+    control.cancelled = cancelled;
+    const Result<MapReport> mapped = map_recording({.lap = lap, .folder = folder}, control);
+    return mapped ? Status() : tl::unexpected(mapped.error());
+  };
+}
+
+/// A lap that is being recorded.
+class RecordedSessionLap {
+ public:
+  RecordedSessionLap(SampleRecorder recorder, const RobotSetup& setup, const SessionJob& job,
+                     const JobControl& control)
+      : recorder_(std::move(recorder)),
+        lap_(lap_of(setup.simulated, lap_listener(recorder_, job.images, control))) {}
+  Status add(const Sample& sample) { return lap_.receive(sample); }
+  /// Closes the file, and says what was doubtful.
+  Status close(const JobControl& control) {
+    const Status closed = recorder_.close();
+    for (const std::string& warning : lap_.summary().warnings) control.note("warning: " + warning);
+    return closed;
+  }
+
+ private:
+  SampleRecorder recorder_;
+  LapMonitor lap_;
+};
+
+/// Recordings, maps and words of an operator's session.
+class SessionTasks final : public OperatorTasks {
+ public:
+  SessionTasks(const RobotSetup& setup, const SessionJob& job, const JobControl& control)
+      : setup_(setup),
+        job_(job),
+        control_(control),
+        map_folder_(job.map.empty() ? job.folder / "map" : fs::path(job.map)),
+        viewers_(job.feed) {
+    viewers_.show_camera(setup.simulated);
+  }
+
+  /// Of replays.
+  void limit_speed(double most_m_s) { most_m_s_ = most_m_s; }
+
+  void begin(const OperatorInput& input) {
+    control_.note(input.usage());
+    std::error_code ignored;
+    if (job_.map.empty() && fs::exists(map_folder_ / "map.yaml", ignored))
+      control_.note(fmt::format("the map of an earlier session is in {0}: --map {0} begins with it",
+                                map_folder_.string()));
+  }
+
+  Status start_lap() override {
+    lap_file_ = free_name(job_.folder, "lap");
+    Result<SampleRecorder> recorder =
+        start_recording(lap_file_,
+                        {.verb = "run",
+                         .driver = job_.driver,
+                         .options = fmt::format("driver:\n  speed_m_s: {}\n", job_.speed_m_s),
+                         .durable = job_.replay.durable},
+                        setup_);
+    if (!recorder) return tl::unexpected(recorder.error());
+    lap_ = std::make_unique<RecordedSessionLap>(std::move(*recorder), setup_, job_, control_);
+    return {};
+  }
+  Status add_to_lap(const Sample& sample) override { return lap_->add(sample); }
+  Status end_lap() override { return std::exchange(lap_, nullptr)->close(control_); }
+
+  Status start_map() override {
+    mapping_.begin(job_.make_map ? job_.make_map : map_quietly(control_.cancelled), lap_file_, map_folder_);
+    return {};
+  }
+  bool map_ended() const override { return mapping_.ready(); }
+  Status take_map() override {
+    const Result<std::string> kept = mapping_.take();
+    if (!kept) return tl::unexpected(kept.error());
+    if (!kept->empty()) control_.note("the map that was there is kept: " + *kept);
+    taken_ = true;
+    return {};
+  }
+  Status load_map() override {
+    ReplayJob job = job_.replay;
+    job.folder = map_folder_;
+    Result<ReplayFiles> files = load_replay(job, control_);
+    if (!files) return tl::unexpected(files.error());
+    files_.emplace(std::move(*files));
+    viewers_.show_map(map_folder_);
+    if (!std::exchange(taken_, false)) return {};
+    mapping_s.push_back(mapping_.seconds());
+    control_.note(fmt::format("the map was made in {:.1f} s: {}", mapping_s.back(), map_folder_.string()));
+    return {};
+  }
+
+  Result<ReplaySession*> start_replay() override {
+    ReplayJob job = slowed(job_.replay, most_m_s_);
+    job.folder = map_folder_;
+    job.output = free_name(job_.folder, "replay");
+    job.images = job_.images;
+    auto replay =
+        LiveReplay::make(setup_, job, *files_, control_, viewers_.watch(goal_m(files_->route, job)));
+    if (!replay) return tl::unexpected(replay.error());
+    replay_ = std::move(*replay);
+    return &replay_->session();
+  }
+  Status end_replay(const ReplayEnd& end) override {
+    const auto replay = std::exchange(replay_, nullptr);
+    Result<ReplayReport> made = replay->finish(end);
+    if (!made) return tl::unexpected(made.error());
+    replays.push_back(std::move(*made));
+    return {};
+  }
+
+  void on_state(const Operator& session, const OperatorButtons& buttons) override {
+    const std::string state = with_reason(to_string(session.state()), session.reason());
+    control_.note(fmt::format("{}{} {}", state, state.ends_with('.') ? "" : ".", session.prompt(buttons)));
+  }
+  void on_decision(const Operator& session, const OperatorInput& input) override {
+    viewers_.tell(session, input);
+  }
+  void on_words(const std::string& words) override { control_.note(words); }
+
+  std::vector<double> mapping_s{};
+  std::vector<ReplayReport> replays{};
+
+ private:
+  const RobotSetup& setup_;
+  const SessionJob& job_;
+  const JobControl& control_;
+  fs::path map_folder_;
+  std::string lap_file_{};
+  std::unique_ptr<RecordedSessionLap> lap_{};
+  std::optional<ReplayFiles> files_{};
+  std::unique_ptr<LiveReplay> replay_{};
+  MapInTheMaking mapping_{};
+  double most_m_s_ = std::numeric_limits<double>::infinity();
+  bool taken_ = false;  ///< a map, and not loaded yet
+  SessionViewers viewers_;
+};
+
+/// Whether it was not there before.
+Result<bool> make_folder(const fs::path& folder) {
+  std::error_code error;
+  const bool made = fs::create_directories(folder, error);
+  if (!error) return made;
+  return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
+              {.source = folder.string()});
+}
+
+}  // namespace
+
+Status check_session(const SessionJob& job) {
+  if (job.replay.route.empty() || !job.map.empty()) return {};
+  return fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
+              "Give --map with the map that has this route.");
+}
+
+Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job, const JobControl& control) {
+  auto input = make_operator_input(job.driver, job.speed_m_s, setup.simulated, viewer_link(job.feed));
+  if (!input) return tl::unexpected(input.error());
+  return run_session(setup, job, std::move(*input), control);
+}
+
+Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
+                                  std::unique_ptr<OperatorInput> input, const JobControl& control) {
+  const Stopwatch watch;
+  StopKey stop_key(job.driver == "keyboard" || job.driver == "lines");
+  SessionTasks tasks(setup, job, control);
+  if (const Status loaded = job.map.empty() ? Status() : tasks.load_map(); !loaded)
+    return tl::unexpected(loaded.error());
+  const auto made = make_folder(job.folder);
+  if (!made) return tl::unexpected(made.error());
+  const auto robot = LiveRobot::open(setup, control);
+  if (!robot) {
+    std::error_code ignored;
+    if (*made) fs::remove(job.folder, ignored);  // nothing is in it
+    return tl::unexpected(robot.error());
+  }
+  OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });
+  tasks.limit_speed((*robot)->speed_limit_m_s());
+  tasks.begin(*input);
+  session.begin();
+  const auto driven = (*robot)->drive(watched(session.listener(), job.feed, control));
+  const Status closed = session.finish(driven && driven->interrupted);
+  if (!driven) return tl::unexpected(driven.error());
+  if (!closed) return tl::unexpected(closed.error());
+  return SessionReport{.laps_taught = session.laps_taught(),
+                       .mapping_s = std::move(tasks.mapping_s),
+                       .map_failed = session.map_failed(),
+                       .replays = std::move(tasks.replays),
+                       .interrupted = driven->interrupted,
+                       .state = std::string(to_string(session.state())),
+                       .reason = session.reason(),
+                       .wall_s = watch.seconds()};
+}
+
+Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view, const GivenFlags& given) {
+  const bool process = !setup.process.empty();
+  FlagRefusals refused(given);
+  refused.flags(process, {"--images"}, "a robot that is a process sends pictures or does not",
+                "Leave it out.");
+  refused.flags(process || !view, {"--pace"}, "only a simulated robot that is watched keeps a pace",
+                "Add --view, and let the robot be simulated, or leave it out.");
+  refused.flags(words.job.driver == "lines", {"--speed-m-s"}, "the lines themselves say how fast",
+                "Leave it out.");
+  const bool scripted = words.job.driver == "scripted" || words.job.driver == "page" || view;
+  refuse_seed(process && !scripted, refused);
+  return refused.status() ? check_recorded_images(process || words.images, words.job.images)
+                          : refused.status();
+}
+
+}  // namespace waymark

@@ -1,0 +1,166 @@
+// The operator's session with a gamepad in hand, over a robot that is a process: taught with the sticks,
+// mapped, replayed, paused, gone on, stopped by a stick, replayed again.
+#include "waymark/app/session/run_session.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/inputs/gamepad/pad_input.hpp"
+#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/scripted_driver.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using S = OperatorState;
+
+constexpr int kY = 3;
+constexpr int kBack = 4;
+constexpr int kLeftShoulder = 9;
+constexpr double kSpeed_m_s = 0.3;
+
+GamepadState at_rest() {
+  return {.axes = std::vector<float>(6, 0.0F), .buttons = std::vector<std::int32_t>(15, 0)};
+}
+
+/// A pad that is not there: the hand below moves it.
+class FakePad final : public Gamepad {
+ public:
+  explicit FakePad(std::shared_ptr<GamepadState> state) : state_(std::move(state)) {}
+  Result<GamepadState> poll(SensorTime now) override {
+    GamepadState said = *state_;
+    said.stamp = now;
+    return said;
+  }
+
+ private:
+  std::shared_ptr<GamepadState> state_;
+};
+
+/// Off its middle by so much that the driver takes it for this share of the most.
+float stick(double share) {
+  constexpr double kDeadZone = 0.1;
+  const double beyond = std::min(1.0, std::abs(share));
+  return share == 0 ? 0.0F : static_cast<float>(std::copysign(kDeadZone + (1 - kDeadZone) * beyond, share));
+}
+
+/// Knows the world's line and what to try when.
+class Hand final : public OperatorInput {
+ public:
+  Hand(const SimulatedSetup& setup, double& moved_while_paused_m, int& pauses)
+      : moved_while_paused_m_(moved_while_paused_m),
+        pauses_(pauses),
+        state_(std::make_shared<GamepadState>(at_rest())),
+        pad_(std::make_unique<PadInput>(std::make_unique<FakePad>(state_), kSpeed_m_s)),
+        driver_(sample_path(setup.world.path_m, true, 0.02), true, {.speed_m_s = kSpeed_m_s}, Random(3)) {}
+
+  Result<OperatorRequest> read(Duration uptime, SensorTime now, S state) override {
+    if (state != last_) since_ = uptime;
+    last_ = state;
+    in_state_s_ = to_seconds(uptime - since_);
+    *state_ = at_rest();
+    if (state == S::Teaching)
+      teach(now);
+    else
+      go_on(state);
+    return pad_->read(uptime, now, state);
+  }
+  void receive(const Sample& sample) override {
+    const auto* truth = std::get_if<TruthPose>(&sample);
+    if (truth == nullptr) return;
+    const SE2 here = project_to_plane(truth->map_T_base);
+    if (here_ && last_ == S::Replaying) replayed_m_ += (here.translation() - here_->translation()).norm();
+    if (here_ && last_ == S::Paused && in_state_s_ > 0.8)
+      moved_while_paused_m_ += (here.translation() - here_->translation()).norm();
+    here_ = here;
+  }
+  std::string usage() const override { return pad_->usage(); }
+
+ private:
+  /// Once, after half a second: a button bounces.
+  void press(int button) {
+    if (in_state_s_ > 0.5 && in_state_s_ < 0.56) state_->buttons[static_cast<std::size_t>(button)] = 1;
+  }
+  void teach(SensorTime now) {
+    if (!here_) return;
+    const VelocityCommand command = driver_.drive(*here_, now);
+    if (driver_.done()) {
+      state_->buttons[kY] = tick_++ % 2;
+      return;
+    }
+    state_->buttons[kLeftShoulder] = 1;
+    state_->axes[1] = stick(command.speed_m_s / kSpeed_m_s);
+    state_->axes[2] = stick(command.yaw_rate_rad_s);
+  }
+  void go_on(S state) {
+    if (state == S::Idle || state == S::Ready || state == S::Stopped) press(kY);
+    if (state == S::Done) press(kBack);
+    if (state == S::Replaying && replayed_m_ > 0.6 && pauses_ == 0) {
+      state_->buttons[kY] = 1;
+      ++pauses_;
+    }
+    if (state == S::Paused && in_state_s_ > 2) state_->buttons[kY] = 1;
+    if (state == S::Replaying && replayed_m_ > 1.2 && !reached_for_it_) {
+      state_->axes[0] = 0.5F;
+      reached_for_it_ = true;
+    }
+  }
+
+  double& moved_while_paused_m_;
+  int& pauses_;
+  std::shared_ptr<GamepadState> state_;
+  std::unique_ptr<OperatorInput> pad_;
+  ScriptedDriver driver_;
+  S last_ = S::Over;
+  Duration since_{};
+  double in_state_s_ = 0;
+  double replayed_m_ = 0;
+  bool reached_for_it_ = false;
+  int tick_ = 0;
+  std::optional<SE2> here_{};
+};
+
+TEST(SessionRun, AGamepadTeachesReplaysPausesAndStops) {
+  const fs::path folder = fs::temp_directory_path() / ("waymark-session-" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  RobotSetup setup = load_setup("circuit24", "limo", 4).value();
+  setup.process = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --seed 4 --lockstep";
+  double moved_while_paused_m = 0;
+  int pauses = 0;
+  std::string said;
+  JobControl control;
+  control.note = [&said](const std::string& words) { said += words + "\n"; };
+  const auto report =
+      run_session(setup, {.folder = folder / "session", .driver = "gamepad", .speed_m_s = kSpeed_m_s},
+                  std::make_unique<Hand>(setup.simulated, moved_while_paused_m, pauses), control);
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->laps_taught, 1);
+  EXPECT_FALSE(report->map_failed);
+  EXPECT_EQ(report->state, "over");
+  EXPECT_EQ(pauses, 1);
+  EXPECT_LT(moved_while_paused_m, 0.01) << "it stands while it is paused";
+  ASSERT_EQ(report->replays.size(), 2U) << said;
+  EXPECT_FALSE(report->replays[0].end.finished) << "a stick stopped it";
+  EXPECT_TRUE(report->replays[1].end.finished) << ending(report->replays[1]);
+  ASSERT_TRUE(report->replays[1].judgement);
+  EXPECT_LT(report->replays[1].judgement->cross_track_max_m, 0.04);
+  std::size_t from = 0;
+  for (const char* part : {"idle. ", "teaching. ", "mapping. ", "ready. ", "replaying. ", "paused. ",
+                           "replaying. ", "stopped: a stick was moved", "replaying. ", "done. "}) {
+    from = said.find(part, from);
+    ASSERT_NE(from, std::string::npos) << part << " in\n" << said;
+  }
+  EXPECT_EQ(said.find("stopped: stopped"), std::string::npos) << said;
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/picture_flags.hpp"
+#include "waymark/app/cli/replay_flags.hpp"
+#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/live/own_robot.hpp"
+#include "waymark/app/session/run_session.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct RunArgs : SessionWords {
+  explicit RunArgs(CLI::App& verb)
+      : settings(verb),
+        setup(verb, {}, true),
+        scene(settings, Reach::SettingsOnly),
+        options(settings, Reach::SettingsOnly) {
+    add_fields(verb, live);
+    add_fields(verb, static_cast<SessionWords&>(*this));
+    verb.add_flag("--json", json, "One JSON object instead of words");
+  }
+
+  Settings settings;
+  SetupFlags setup;
+  SceneFlags scene;
+  ReplayFlags options;
+  ViewerOptions live{};
+  bool json = false;
+};
+
+/// The robot in its world, a process in any case.
+Result<RobotSetup> make_setup(const RunArgs& args) {
+  Result<RobotSetup> made = args.setup.make();
+  if (!made) return made;
+  std::optional<DetectingCameraOptions> pictures;  // of the robot's own process
+  Status status = check_effects(args, *made, args.live.view, given_on(args.settings.app()));
+  if (status) status = args.scene.apply(args.images, pictures);
+  // A script does not care how fast the time passes; a person does, also one who only watches.
+  const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
+                           .pace = args.live.view ? args.pace : 0};
+  if (status && made->process.empty())
+    status = become_the_robot(*made, args.scene.as_words(args.setup, args.images), time);
+  if (status) status = place_lone_anchor(*made, args.anchor, args.job.map);
+  if (!status) return tl::unexpected(status.error());
+  return made;
+}
+
+ExitCode run(const RunArgs& args, Console& console) {
+  Result<RobotSetup> setup = make_setup(args);
+  if (!setup) return fail_usage(setup.error(), console);
+  SessionJob job = args.job;
+  if (const Status read = take_calibration(args.calibration, job.replay); !read)
+    return fail_with(read.error(), console);
+  Status status = args.options.apply(job.replay);
+  if (status) status = check_session(job);
+  if (!status) return fail_usage(status.error(), console);
+  const auto view = LivePage::open(args.live, *setup, control_from(console));
+  if (!view) return fail_with(view.error(), console);
+  if (*view) job.feed = &(*view)->feed();
+  if (*view && args.settings.app().count("--driver") == 0) job.driver = "page";
+  job.speed_m_s = std::min(job.speed_m_s, setup->simulated.model.limits.speed_m_s);
+  const auto stop = listen_for_stop("run into " + args.job.folder.string(), console);
+  const Result<SessionReport> report = run_session(*setup, job, control_from(console));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
+  if (report->interrupted) {
+    console.say(
+        fmt::format("stopped by {}: the robot stands, and the files are whole up to here", interrupted_by()));
+    return ExitCode::Interrupted;
+  }
+  return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+}  // namespace
+
+Verb run_verb() {
+  return {
+      .name = "run",
+      .sentence = "Teach, map and replay in one session, with one button",
+      .help =
+          R"(The whole session with a gamepad in hand: Y (triangle) begins the lap, and the left shoulder is held while
+the sticks drive; Y again ends it, and the map is made while the robot stands; Y replays it, Y pauses and
+goes on; B (circle) or any stick stops. Keyboards and programs can do the same (--driver). The robot moves only
+while it is taught or replays, and nothing but the button sets it moving. Every stop has a reason in words.
+--view shows the robot in the browser, with the same buttons; other drivers keep theirs. One viewer at a time
+holds control. When it goes away while it teaches the robot stands, and a replay pauses (docs/howto/live.md).
+Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 every replay came to its end, 1 one did not, or something failed, 2 wrong usage, 130 stopped by
+Ctrl-C.
+
+Examples:
+  waymark run --world circuit24 --driver scripted -o session
+  waymark run --world circuit24 --driver keyboard -o session
+  waymark run --world circuit24 --images --view --open -o session
+  waymark run --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 -o session
+)",
+      .prepare = prepared(run)};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,158 @@
+#include "waymark/app/tags/tag_prints.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/base/counted.hpp"
+#include "waymark/base/suggest.hpp"
+#include "waymark/media/board_finder.hpp"
+
+namespace waymark {
+
+Result<FamilyId> described_family(const PaperDescription& description) {
+  auto id = parse_family(description.family);
+  if (!id) id.error().place.key = "family";
+  return id;
+}
+
+Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board) {
+  std::vector<plot::Cells> markers;
+  if (board.kind != BoardKind::Charuco) return markers;
+  const auto finder = BoardFinder::load();
+  if (!finder) return tl::unexpected(finder.error());
+  for (const BoardMarker& marker : board_markers(board)) {
+    const auto inner = finder->marker(board.dictionary, marker.id);
+    if (!inner) return tl::unexpected(inner.error());
+    plot::Cells cells{.width = inner->width + 2, .ink = {}};
+    cells.ink.assign(static_cast<std::size_t>(cells.width) * static_cast<std::size_t>(cells.width), true);
+    auto black = inner->black.begin();
+    for (int y = 0; y < inner->width; ++y)
+      for (int x = 0; x < inner->width; ++x, ++black) cells.ink[cells.index(x + 1, y + 1)] = *black;
+    markers.push_back(std::move(cells));
+  }
+  return markers;
+}
+
+Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions options) {
+  if (const Status usable = check_board(options.board); !usable) return tl::unexpected(usable.error());
+  auto markers = printed_markers(options.board);
+  if (!markers) return tl::unexpected(markers.error());
+  options.markers = *std::move(markers);
+  return plot::layout_square_board(options);
+}
+
+Status check_board_style(const std::string& style) {
+  const std::vector<std::string> styles = {"aprilgrid", "separate", "chessboard", "charuco"};
+  if (std::ranges::find(styles, style) != styles.end()) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown board style '{}'", style.substr(0, 60)),
+              {.key = "style"}, suggestion(style, styles));
+}
+
+Status check_effects(const BoardDescription& board, const GivenFlags& given) {
+  if (const Status known = check_board_style(board.style); !known) return known;
+  const bool squares = board.of_squares();
+  const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
+                             : "Leave it out, or choose --style chessboard or charuco.";
+  const std::string why = fmt::format("this has no effect on the style {}", board.style);
+  FlagRefusals refused(given);
+  refused.flags(!squares,
+                {"--square-size-m", "--marker-size-m", "--dictionary", "--legacy-pattern", "--tiled"}, why,
+                hint);
+  refused.flags(squares, {"--tag-size-m", "--spacing", "--family", "--kalibr-yaml"}, why, hint);
+  refused.flags(board.style == "chessboard",
+                {"--marker-size-m", "--dictionary", "--legacy-pattern", "--first-id"}, why, "Leave it out.");
+  return refused.status();
+}
+
+Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr) {
+  auto layout = plot::layout_board(options);
+  if (!layout) return tl::unexpected(layout.error());
+  if (!kalibr) return PlannedBoard{std::move(*layout), {}};
+  auto target = plot::kalibr_target(options);
+  if (target) return PlannedBoard{std::move(*layout), std::move(*target)};
+  target.error().place.key = "--kalibr-yaml";
+  return tl::unexpected(std::move(target.error()));
+}
+
+std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
+  const plot::BoardOptions& options = layout.options;
+  std::string text = fmt::format("{}: {} board of {} x {} tags, {} of {:g} m, 1 page {}\n", files.front(),
+                                 to_string(options.style), options.columns, options.rows,
+                                 to_string(options.family), options.tag_size_m, layout.paper.name);
+  if (files.size() > 1) text += fmt::format("{}: the target file for Kalibr\n", files.back());
+  return text;
+}
+
+nlohmann::ordered_json to_json(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
+  const plot::BoardOptions& options = layout.options;
+  return {{"pages", 1},
+          {"tags", layout.tags.size()},
+          {"tags_per_page", layout.tags.size()},
+          {"style", std::string(to_string(options.style))},
+          {"family", std::string(to_string(options.family))},
+          {"cols", options.columns},
+          {"rows", options.rows},
+          {"first_id", options.first_id},
+          {"tag_size_m", options.tag_size_m},
+          {"spacing", options.spacing},
+          {"paper", layout.paper.name},
+          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
+          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
+          {"files", files}};
+}
+
+std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
+  const std::size_t pages = layout.pages.size();
+  const std::size_t tags = layout.pages.front().size();
+  return fmt::format("{}: {} {}, {} a page, {} of {:g} m\n",
+                     files.size() == 1 ? files.front() : files.front() + " …", counted(pages, "page"),
+                     layout.paper.name, counted(tags, "tag"), to_string(layout.family),
+                     layout.tag_size_mm / 1e3);
+}
+
+nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
+  std::size_t tags = 0;
+  for (const auto& page : layout.pages) tags += page.size();
+  return {{"pages", layout.pages.size()},
+          {"tags", tags},
+          {"tags_per_page", layout.tags_per_page},
+          {"family", std::string(to_string(layout.family))},
+          {"tag_size_m", layout.tag_size_mm / 1e3},
+          {"paper", layout.paper.name},
+          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
+          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
+          {"files", files}};
+}
+
+std::string to_text(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {
+  const CalibrationBoard& board = layout.options.board;
+  const std::size_t pages = layout.pages.size();
+  return fmt::format("{}: {} of {} x {} squares of {:g} m, {} {}\n",
+                     files.size() == 1 ? files.front() : files.front() + " …", to_string(board.kind),
+                     board.columns, board.rows, board.size_m, counted(pages, "page"), layout.paper.name);
+}
+
+nlohmann::ordered_json to_json(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {
+  const CalibrationBoard& board = layout.options.board;
+  nlohmann::ordered_json json = {{"pages", layout.pages.size()},
+                                 {"style", std::string(to_string(board.kind))},
+                                 {"cols", board.columns},
+                                 {"rows", board.rows},
+                                 {"square_size_m", board.size_m}};
+  if (board.kind == BoardKind::Charuco) {
+    json["marker_size_m"] = board.marker_m;
+    json["dictionary"] = board.dictionary;
+    json["legacy_pattern"] = board.legacy_pattern;
+    json["first_id"] = board.first_id;
+  }
+  json["paper"] = layout.paper.name;
+  json["paper_size_m"] = {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3};
+  json["ruler_m"] = layout.footer.ruler.width_mm / 1e3;
+  json["files"] = files;
+  return json;
+}
+
+}  // namespace waymark

@@ -1,0 +1,129 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/tags/write_pages.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/plot/board.hpp"
+#include "waymark/plot/sheet_layout.hpp"
+#include "waymark/plot/square_board.hpp"
+
+/// What was drawn of a board or a sheet of tags, and the files it was written to.
+namespace waymark {
+
+/// What a user says of the paper that tags are printed on, and of the files.
+struct PaperDescription {
+  PageFiles files{};
+  std::string family = "tag36h11";
+  std::string paper = "A4";
+  std::string orientation = "auto";
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.files.path,
+          JobField("output FILE",
+                   "File to write; .pdf, .svg or .png says its kind (pages of .svg and .png get numbers)")
+              .required());
+    visit(self.family, JobField("family NAME", "Tag family"));
+    visit(self.paper,
+          JobField("paper NAME", "A6 to A0, Letter, Legal, Tabloid, or WIDTHxHEIGHT in millimetres"));
+    visit(self.orientation,
+          JobField("orientation NAME",
+                   "Orientation of the page: auto (where more fits), portrait or landscape"));
+    visit(self.files.dpi,
+          JobField("dpi NUMBER", "Pixels an inch of .png, recorded in the file. From 10 to 2400."));
+    visit(self.files.replace, JobField("force", "Replace a file that is there").less());
+  }
+};
+/// Gives options of a page the paper and its orientation, and the files their format. Fails on an output of
+/// an unknown kind.
+template <class Options>
+[[nodiscard]] Status describe_paper(const PaperDescription& description, Options& options) {
+  const auto paper = plot::parse_paper(description.paper);
+  if (!paper) return tl::unexpected(paper.error());
+  const auto orientation = plot::parse_orientation(description.orientation);
+  if (!orientation) return tl::unexpected(orientation.error());
+  options.paper = *paper;
+  options.orientation = *orientation;
+  const auto format = plot::format_of(description.files.path);
+  return format ? Status() : tl::unexpected(format.error());
+}
+/// Its family; the error names the key.
+[[nodiscard]] Result<FamilyId> described_family(const PaperDescription& description);
+
+/// The markers of a ChArUco board as they are printed, in the order of board_markers(); of a chessboard none.
+/// Loads OpenCV, which has the dictionaries.
+[[nodiscard]] Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board);
+
+/// A chessboard or a ChArUco board with its markers on its pages. Errors: those of check_board(),
+/// printed_markers() and layout_square_board().
+[[nodiscard]] Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions options);
+
+/// What a user says of a calibration board, but its options as a board of tags.
+struct BoardDescription {
+  std::string style = "aprilgrid";
+  bool kalibr_yaml = false;
+  CalibrationBoard squares{};  ///< of a chessboard or ChArUco board
+  bool tiled = false;          ///< such a board is spread over as many pages as it needs
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.style,
+          JobField("style NAME",
+                   "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, "
+                   "border of two cells), separate (single tags, as AprilTag 3 and `waymark detect` read "
+                   "them), chessboard, or charuco (OpenCV's: a marker in each white square)"));
+    visit(self.kalibr_yaml,
+          JobField("kalibr_yaml", "Also write the target file for Kalibr beside the board (.yaml)").less());
+    visit(self.squares.size_m,
+          JobField("square_size_m NUMBER", "Side of a square of a chessboard or ChArUco board"));
+    visit(self.squares.marker_m,
+          JobField("marker_size_m NUMBER", "Side of the black square of a ChArUco board's marker"));
+    visit(
+        self.squares.dictionary,
+        JobField("dictionary NAME",
+                 "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000")
+            .less());
+    visit(self.squares.legacy_pattern, JobField("legacy_pattern",
+                                                "A ChArUco board as OpenCV drew it before 4.6: with an even "
+                                                "number of rows its upper left square is white")
+                                           .less());
+    visit(self.tiled,
+          JobField(
+              "tiled",
+              "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined"));
+  }
+
+  /// Whether it is made of squares: a chessboard or a ChArUco board.
+  [[nodiscard]] bool of_squares() const { return style == "chessboard" || style == "charuco"; }
+};
+
+/// Fails on a style that is neither one of tags (plot::BoardStyle) nor of squares (BoardKind).
+[[nodiscard]] Status check_board_style(const std::string& style);
+/// The same, and on flags that have no effect on the style.
+[[nodiscard]] Status check_effects(const BoardDescription& board, const GivenFlags& given);
+
+/// A board of tags on its page, and what Kalibr reads of it.
+struct PlannedBoard {
+  plot::BoardLayout layout;
+  std::string kalibr_target;  ///< empty when it was not asked for
+};
+/// Errors: those of layout_board(); of kalibr_target() with the key --kalibr-yaml.
+[[nodiscard]] Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr);
+
+[[nodiscard]] std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files);
+[[nodiscard]] nlohmann::ordered_json to_json(const plot::BoardLayout& layout,
+                                             const std::vector<std::string>& files);
+[[nodiscard]] std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files);
+[[nodiscard]] nlohmann::ordered_json to_json(const plot::SheetLayout& layout,
+                                             const std::vector<std::string>& files);
+[[nodiscard]] std::string to_text(const plot::SquareBoardLayout& layout,
+                                  const std::vector<std::string>& files);
+[[nodiscard]] nlohmann::ordered_json to_json(const plot::SquareBoardLayout& layout,
+                                             const std::vector<std::string>& files);
+
+}  // namespace waymark

@@ -1,0 +1,270 @@
+#include "waymark/app/video/map_video.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string_view>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/route_files.hpp"
+#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/app/common/stopwatch.hpp"
+#include "waymark/app/video/video_scene.hpp"
+#include "waymark/config/fmap_layout.hpp"
+#include "waymark/config/tagslam_write.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/wpilib_layout.hpp"
+#include "waymark/mapping/scene/corner_consistency.hpp"
+#include "waymark/mapping/scene/scene_checks.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::kHand;
+using internal::kWalls;
+using internal::VideoAnchors;
+
+std::map<TagId, int> count_tags(const std::vector<SceneFrame>& frames) {
+  std::map<TagId, int> count;
+  for (const SceneFrame& frame : frames)
+    for (const SceneView& view : frame.views)
+      for (const TagDetection& detection : view.detections) ++count[detection.tag];
+  return count;
+}
+
+/// The same pictures twice would count as independent, and the covariances would be too small.
+Status check_videos_differ(const std::vector<std::string>& videos) {
+  for (std::size_t i = 0; i < videos.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      std::error_code ignored;  // of a file that is not there, which reading names
+      if (videos[i] == videos[k] || std::filesystem::equivalent(videos[i], videos[k], ignored))
+        return fail(ErrorCode::InvalidArgument, "this video is given twice", {.source = videos[i]},
+                    "Give each video once: its pictures would count as independent measurements.");
+    }
+  return {};
+}
+
+/// The tags of all videos, one after the other in time.
+Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& finder,
+                                     const JobControl& control, std::vector<std::string>& warnings) {
+  std::vector<SceneFrame> frames;
+  Duration offset{};
+  for (const std::string& video : job.videos) {
+    const auto add = [&](TagFrame& tags) -> Status {
+      frames.push_back({tags.stamp + offset, {{0, std::move(tags.detections)}}});
+      return {};
+    };
+    const Result<VideoTags> found = find_camera_tags(video, finder, job.camera, control, add);
+    if (!found) return tl::unexpected(found.error());
+    for (const VideoProblem& problem : found->problems) warnings.push_back(to_string(problem.error));
+    offset = frames.back().stamp.time_since_epoch() + std::chrono::seconds(1);
+  }
+  if (count_tags(frames).empty())
+    return fail(ErrorCode::NotFound, "no tag was found in any picture", {.source = job.videos.front()},
+                "Give the family of the tags with --family; `waymark detect` shows what is found.");
+  return frames;
+}
+
+/// Why a map without a tag is none.
+Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
+  std::string message = "no tag is left in the map";
+  if (!map.rejected.empty())
+    message += fmt::format(": {} of {} observations contradict the others", map.rejected.size(),
+                           map.observations.seen.size());
+  const char* distances = job.distances.empty() ? "" : "the distances measured between tags (--distance), ";
+  return {ErrorCode::NotFound,
+          message,
+          {},
+          fmt::format("Check {}the size of the tags and the calibration of the camera.", distances)};
+}
+
+/// The tags that came out; one of which nothing determines where it is did not.
+MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, const SceneMap& map) {
+  MapFile file{.anchor = anchors.first, .provenance = {{"method", "bundle"}}};
+  if (!job.videos.empty())
+    file.provenance.emplace_back("recording", std::filesystem::path(job.videos.front()).filename().string());
+  const SceneBody& walls = map.scene.bodies[kWalls];
+  for (std::size_t t = 0; t < walls.tags.size(); ++t) {
+    const auto pose = map.map_T_tag(kWalls, t);
+    const PoseIndex index = map.problem.tags[kWalls][t];
+    const auto observations = std::ranges::count_if(
+        map.problem.bundle.corners, [&](const CornerTerm& term) { return term.used && term.tag == index; });
+    const TagId id = walls.tags[t].id;
+    const bool known = std::ranges::find(map.undetermined, id) == map.undetermined.end();
+    if (!pose || observations == 0 || !known) continue;
+    const bool exact = anchors.exact.contains(id);
+    const Matrix6 covariance = exact ? Matrix6(Matrix6::Zero()) : map.covariance.poses[index];
+    file.tags.tags[id] = {.map_T_tag = exact ? anchors.tags.at(id).mean : *pose,
+                          .size_m = walls.tags[t].size_m,
+                          .covariance = covariance};
+    file.observations[id] = static_cast<int>(observations);
+  }
+  return file;
+}
+
+Trajectory camera_path(const std::vector<SceneFrame>& frames, const SceneMap& map) {
+  std::vector<char> seen(frames.size(), 0);
+  for (std::size_t i = 0; i < map.observations.seen.size(); ++i)
+    if (map.problem.bundle.corners[i].used) seen[map.observations.seen[i].frame] = 1;
+  Trajectory path;
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const PoseIndex pose = map.problem.bodies[kHand][f];
+    if (seen[f] != 0 && map.placed[pose] != 0)
+      path.push_back({frames[f].stamp, map.problem.bundle.poses[pose].value});
+  }
+  return path;
+}
+
+void hold_beside(const TagMap& prior, const VideoAnchors& anchors, MapVideoReport& report) {
+  for (const auto& [id, tag] : report.file.tags.tags) {
+    const MappedTag* known = prior.find(id);
+    if (known == nullptr || anchors.exact.contains(id)) continue;
+    const SO3 turn = known->map_T_tag.rotation().inverse() * tag.map_T_tag.rotation();
+    report.beside.push_back({.tag = id,
+                             .off_m = tag.map_T_tag.translation() - known->map_T_tag.translation(),
+                             .sigma_m = position_sigma_m(tag),
+                             .turned_rad = turn.log().norm()});
+  }
+}
+
+void list_distances(const MapVideoJob& job, MapVideoReport& report) {
+  for (const MeasuredDistance& d : job.distances) {
+    const MappedTag* a = report.file.tags.find(d.a);
+    const MappedTag* b = report.file.tags.find(d.b);
+    if (a == nullptr || b == nullptr) {
+      report.warnings.push_back(
+          fmt::format("the distance between {} and {} says nothing: not both are in the map", to_string(d.a),
+                      to_string(d.b)));
+      continue;
+    }
+    report.measured.push_back({d, (a->map_T_tag.translation() - b->map_T_tag.translation()).norm()});
+  }
+}
+
+constexpr double kDoubtfulChi2 = 16;  // a compressed video and a true calibration give up to 10
+
+void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
+  const SceneMap& map = report.map;
+  if (anchors.assumed && anchors.exact.contains(anchors.first))
+    report.warnings.push_back(
+        fmt::format("{} is taken to hang upright at the origin of the map; --anchor and --anchor-pose place "
+                    "a tag, --upright "
+                    "and --floor say which tags tell the level",
+                    to_string(anchors.first)));
+  for (const std::vector<TagId>& group : map.unconnected) {
+    std::string names;
+    for (const TagId& tag : group) names += (names.empty() ? "" : ", ") + std::to_string(tag.number);
+    report.warnings.push_back("never in one picture with a tag that leads to the map, left out: " + names);
+  }
+  if (report.corner_chi2_per_dof > kDoubtfulChi2)
+    report.warnings.push_back(fmt::format(
+        "the corners lie {:.1f} times as far from this map as the detector's covariances say: is it the "
+        "calibration of this camera at this resolution and focus, are the tags flat and of this size, and is "
+        "the video neither stabilised nor strongly compressed? The standard deviations of the map are by the "
+        "residuals, and hold no error that is the same in all pictures",
+        std::sqrt(report.corner_chi2_per_dof)));
+  for (const FoundIntrinsics& lens : map.intrinsics)
+    for (Eigen::Index i = 0; i < lens.found.size(); ++i)
+      if (std::abs(lens.found[i] - lens.given[i]) > 3 * lens.prior_sigma[i])
+        report.warnings.push_back(
+            fmt::format("the video says {} is {:.5g}, {:.1f} standard deviations from the calibration's "
+                        "{:.5g}: calibrate "
+                        "the camera again, at this resolution and focus",
+                        lens.names[static_cast<std::size_t>(i)], lens.found[i],
+                        std::abs(lens.found[i] - lens.given[i]) / lens.prior_sigma[i], lens.given[i]));
+  for (std::string& words : scene_doubts(map)) report.warnings.push_back(std::move(words));
+  if (!map.rejected.empty())
+    report.warnings.push_back(fmt::format("{} of {} observations contradict the others and were left out",
+                                          map.rejected.size(), map.observations.seen.size()));
+}
+
+Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport& report) {
+  Result<StagedFolder> staged = StagedFolder::open(job.folder);
+  if (!staged) return tl::unexpected(staged.error());
+  const auto named = [&](const char* name) { report.files.push_back((job.folder / name).string()); };
+  const Result<std::string> fmap = to_fmap(report.file.tags, job.field);  // not of every family
+  for (const char* name :
+       {"map.yaml", "layout.json", "layout.fmap", "poses.yaml", "trajectory.txt", "summary.json"})
+    if (fmap || name != std::string_view("layout.fmap")) named(name);
+  Status status = write_map(staged->path() / "map.yaml", report.file);
+  const auto write = [&](const char* name, const std::string& text) {
+    if (status) status = write_text_file(staged->path() / name, text);
+  };
+  write("layout.json", to_wpilib_layout(report.file.tags, job.field));
+  if (fmap) write("layout.fmap", *fmap);
+  write("poses.yaml", to_tagslam_poses(report.map));
+  write("trajectory.txt", to_tum(report.trajectory));
+  report.wall_s = watch.seconds();
+  write("summary.json", to_json(report).dump(2) + "\n");
+  if (!status) return staged->failed(status.error());
+  std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
+  routes.emplace_back();
+  const auto aside = staged->put_in_place(files_of_map(routes));
+  return aside ? Status() : tl::unexpected(aside.error());
+}
+
+}  // namespace
+
+Eigen::Vector3d position_sigma_m(const MappedTag& tag) {
+  if (!tag.covariance) return Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 6> J;
+  J << Eigen::Matrix3d::Identity(), -SO3::hat(tag.map_T_tag.translation());
+  return (J * *tag.covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+}
+
+Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
+                                 const JobControl& control) {
+  MapVideoReport report{.pictures = frames.size()};
+  const std::map<TagId, int> count = count_tags(frames);
+  if (count.empty()) return fail(ErrorCode::NotFound, "there are no tags");
+  const Result<VideoAnchors> anchors = internal::video_anchors(job, count);
+  if (!anchors) return tl::unexpected(anchors.error());
+  const Result<TagScene> scene = internal::video_scene(job, count, *anchors);
+  if (!scene) return tl::unexpected(scene.error());
+  const SceneRecording recording{.frames = std::move(frames)};
+  const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
+    control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
+    return !control.cancelled();
+  };
+  Result<SceneMap> map =
+      map_scene(*scene, recording,
+                {.search = job.search,
+                 .correlated_noise = true,
+                 .size_sigma = job.size_sigma > 0 ? std::optional(job.size_sigma) : std::nullopt},
+                progress);
+  if (control.cancelled())
+    return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
+                {.source = job.folder.string()});
+  if (!map) return tl::unexpected(map.error());
+  report.map = std::move(*map);
+  report.corner_chi2_per_dof = corner_chi2_per_dof(report.map);
+  report.file = video_map_file(job, *anchors, report.map);
+  if (report.file.tags.tags.empty()) return tl::unexpected(no_tag_left(job, report.map));
+  report.trajectory = camera_path(recording.frames, report.map);
+  hold_beside(job.prior, *anchors, report);
+  list_distances(job, report);
+  warn_of(*anchors, report);
+  return report;
+}
+
+Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder, const JobControl& control) {
+  const Stopwatch watch;
+  if (Status status = check_videos_differ(job.videos); !status) return tl::unexpected(status.error());
+  if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
+  std::vector<std::string> warnings;
+  Result<std::vector<SceneFrame>> filmed = film(job, finder, control, warnings);
+  if (!filmed) return tl::unexpected(filmed.error());
+  Result<MapVideoReport> report = map_views(job, std::move(*filmed), control);
+  if (!report) return report;
+  report->warnings.insert(report->warnings.begin(), warnings.begin(), warnings.end());
+  if (Status status = write_all(job, watch, *report); !status) return tl::unexpected(status.error());
+  return report;
+}
+
+}  // namespace waymark

@@ -1,0 +1,223 @@
+// A walk with a camera in the hand, filmed by the renderer, becomes a map: against the truth.
+#include "waymark/app/video/map_video.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/app/common/convert_video.hpp"
+#include "waymark/config/map_exchange.hpp"
+#include "waymark/media/video_writer.hpp"
+#include "waymark/simulation/photograph.hpp"
+#include "waymark/tags/tag_finder.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr double kWalkTag_m = 0.165;
+
+CameraModel walk_camera() {
+  return CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
+}
+
+/// Six tags on two walls that meet; tag 0 hangs upright at the origin (x of the map goes into it).
+TagMap walk_truth() {
+  const SO3 on_wall = SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
+  TagMap truth;
+  const auto hang = [&](int id, const Eigen::Vector3d& at, double yaw_rad, double roll_rad) {
+    const SO3 turn = SO3::from_rpy(0, 0, yaw_rad) * on_wall * SO3::exp({0, 0, roll_rad});
+    truth.tags[{FamilyId::Tag36h11, id}] = {.map_T_tag = SE3(turn, at), .size_m = kWalkTag_m};
+  };
+  hang(0, {0, 0, 0}, 0, 0);
+  hang(1, {0, -0.45, 0.1}, 0, 0.1);
+  hang(2, {0.02, -0.9, -0.1}, 0.05, 0);
+  hang(3, {-0.3, -1.25, 0.05}, -1.2, 0);
+  hang(4, {-0.7, -1.4, 0.0}, -1.3, -0.2);
+  hang(5, {0.0, 0.45, -0.15}, 0, 0);
+  return truth;
+}
+
+/// Where the hand holds the camera in picture k of n: it walks along the wall and shakes.
+SE3 hand_at(int k, int n) {
+  const double s = static_cast<double>(k) / n;
+  const Eigen::Vector3d at(-1.3 - 0.15 * std::sin(5 * s), 0.4 - 1.2 * s, 0.05 * std::sin(9 * s));
+  const SO3 look =
+      SO3::from_rpy(0.04 * std::sin(11 * s), 0.05 * std::cos(7 * s), 0.05 - 0.7 * s + 0.1 * std::sin(4 * s));
+  const SO3 optical = SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
+  return {look * optical, at};
+}
+
+class Walk : public ::testing::Test {
+ protected:
+  /// A video of so many pictures of the walk.
+  void film(int pictures) {
+    const CameraModel camera = walk_camera();
+    auto writer = VideoWriter::create(at("walk.mp4"), 640, 480, {.quality = 18});
+    if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());
+    ASSERT_TRUE(writer) << to_string(writer.error());
+    Random random(20261123);
+    for (int k = 0; k < pictures; ++k) {
+      PhotographScene scene;
+      for (const auto& [id, tag] : truth_.tags)
+        scene.tags.push_back(
+            {.tag = id, .cam_T_tag = hand_at(k, pictures).inverse() * tag.map_T_tag, .size_m = tag.size_m});
+      const auto picture = photograph(camera, scene, {}, random);
+      ASSERT_TRUE(picture) << to_string(picture.error());
+      ASSERT_TRUE(writer->add(picture->image.view(), SensorTime(std::chrono::milliseconds(66 * k))));
+    }
+    ASSERT_TRUE(writer->close());
+  }
+  void SetUp() override {
+    job_.videos = {at("walk.mp4")};
+    job_.sizes.default_size_m = kWalkTag_m;
+    job_.folder = at("map");
+  }
+  [[nodiscard]] std::string at(const std::string& name) const { return (folder_ / name).string(); }
+
+  static constexpr int kPictures = 30;
+  TagMap truth_ = walk_truth();
+  fs::path folder_ = testing::fresh_folder("jobs_map_video");
+  MapVideoJob job_{.camera = walk_camera()};
+  TagFinder finder_ = std::move(make_tag_finder().value());
+};
+
+TEST_F(Walk, TagsStandWhereTheyAreWithinWhatIsClaimed) {
+  film(kPictures);
+  if (IsSkipped() || HasFatalFailure()) return;
+  job_.anchors = {{FamilyId::Tag36h11, 0}};
+  job_.prior = truth_;
+  const auto report = map_video(job_, finder_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->pictures, static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(report->file.tags.tags.size(), truth_.tags.size());
+  ASSERT_EQ(report->beside.size(), truth_.tags.size() - 1);
+  double square = 0;
+  double nees = 0;
+  for (const TagBesidePrior& tag : report->beside) {
+    square += tag.off_m.squaredNorm();
+    EXPECT_LT(tag.turned_rad, 0.02) << to_string(tag.tag);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      ASSERT_GT(tag.sigma_m[i], 0);
+      nees += std::pow(tag.off_m[i] / tag.sigma_m[i], 2) / 3;
+    }
+  }
+  const auto count = static_cast<double>(report->beside.size());
+  EXPECT_LT(std::sqrt(square / count), 0.01) << "map RMSE [m]";
+  EXPECT_THAT(report->warnings,
+              ::testing::Each(::testing::Not(HasSubstr("is it the calibration of this camera"))));
+  EXPECT_LT(nees / count, 4)
+      << "mean squared error over what is claimed, 1 if that is true; tags are not independent";
+  EXPECT_GE(report->map.correlated_frames, 1);
+  EXPECT_GT(report->trajectory.size(), 25U);
+  const SE3 end = report->trajectory.back().map_T_base;
+  EXPECT_LT((end.translation() - hand_at(kPictures - 1, kPictures).translation()).norm(), 0.03);
+}
+
+TEST_F(Walk, TheFilesAreReadBack) {
+  film(6);
+  if (IsSkipped() || HasFatalFailure()) return;
+  job_.field = FieldSize{16.5, 8.2};
+  const auto report = map_video(job_, finder_, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_THAT(report->warnings, ::testing::Contains(HasSubstr("is taken to hang upright")));
+  const auto map = read_any_map(at("map/map.yaml"));
+  const auto layout = read_any_map(at("map/layout.json"), kWalkTag_m);
+  const auto fmap = read_any_map(at("map/layout.fmap"));
+  ASSERT_TRUE(fmap) << to_string(fmap.error());
+  ASSERT_TRUE(map) << to_string(map.error());
+  ASSERT_TRUE(layout) << to_string(layout.error());
+  EXPECT_EQ(layout->field, job_.field);
+  EXPECT_EQ(fmap->field, job_.field);
+  EXPECT_EQ(map->map.anchor, report->file.anchor);
+  for (const auto& [id, tag] : map->map.tags.tags) {
+    const MappedTag* same = layout->map.tags.find(id);
+    ASSERT_NE(same, nullptr);
+    EXPECT_LT((same->map_T_tag.translation() - tag.map_T_tag.translation()).norm(), 1e-9);
+    EXPECT_LT((fmap->map.tags.tags.at(id).map_T_tag.inverse() * tag.map_T_tag).log().norm(), 1e-9);
+  }
+  for (const char* name : {"poses.yaml", "trajectory.txt", "summary.json"})
+    EXPECT_TRUE(fs::exists(folder_ / "map" / name)) << name;
+}
+
+TEST_F(Walk, ItsRecordingMakesTheSameMap) {
+  film(12);
+  if (IsSkipped() || HasFatalFailure()) return;
+  ASSERT_TRUE(convert_video({.input = at("walk.mp4"), .output = at("walk.mcap"), .camera = walk_camera()},
+                            finder_, {}));
+  const auto of_video = map_video(job_, finder_, {});
+  ASSERT_TRUE(of_video) << to_string(of_video.error());
+  job_.videos = {at("walk.mcap")};
+  job_.folder = at("again");
+  const auto of_recording = map_video(job_, finder_, {});
+  ASSERT_TRUE(of_recording) << to_string(of_recording.error());
+  EXPECT_EQ(of_recording->pictures, of_video->pictures);
+  ASSERT_EQ(of_recording->file.tags.tags.size(), of_video->file.tags.tags.size());
+  for (const auto& [id, tag] : of_recording->file.tags.tags)
+    EXPECT_LT((of_video->file.tags.tags.at(id).map_T_tag.inverse() * tag.map_T_tag).log().norm(), 1e-6)
+        << to_string(id);
+}
+
+TEST_F(Walk, WhatIsMissingIsNamedAndNothingIsWritten) {
+  film(2);
+  if (IsSkipped() || HasFatalFailure()) return;
+  job_.anchors = {{FamilyId::Tag36h11, 77}};
+  const auto absent = map_video(job_, finder_, {});
+  ASSERT_FALSE(absent);
+  EXPECT_THAT(to_string(absent.error()), HasSubstr("tag36h11:77 was not seen"));
+  job_.anchors = {};
+  JobControl control;
+  control.cancelled = [] { return true; };
+  EXPECT_FALSE(map_video(job_, finder_, control));
+  EXPECT_FALSE(fs::exists(folder_ / "map"));
+}
+
+TEST_F(Walk, ADistanceThatLeavesNoTagIsAnErrorAndNothingIsWritten) {
+  film(30);
+  if (IsSkipped() || HasFatalFailure()) return;
+  MapVideoJob plain = job_;
+  plain.folder = (folder_ / "plain").string();
+  const auto all = map_video(plain, finder_, {});
+  ASSERT_TRUE(all) << to_string(all.error());
+  const TagId first = all->file.tags.tags.begin()->first;
+  for (const auto& [tag, mapped] : all->file.tags.tags)
+    if (tag != first)
+      for (const double wrong_m : {50.0, 90.0}) job_.distances.push_back({first, tag, wrong_m});
+  const auto refused = map_video(job_, finder_, {});
+  ASSERT_FALSE(refused) << refused->file.tags.tags.size() << " tags";
+  EXPECT_THAT(to_string(refused.error()), HasSubstr("no tag is left in the map"));
+  EXPECT_THAT(to_string(refused.error()), HasSubstr("--distance"));
+  EXPECT_FALSE(fs::exists(folder_ / "map"));
+}
+
+TEST_F(Walk, AVideoThatIsGivenTwiceIsRefused) {
+  std::ofstream(at("walk.mp4")) << "no video";
+  fs::create_hard_link(at("walk.mp4"), at("link.mp4"));
+  for (const std::string& again : {at("walk.mp4"), (folder_ / "." / "walk.mp4").string(), at("link.mp4")}) {
+    job_.videos = {at("walk.mp4"), again};
+    const auto report = map_video(job_, finder_, {});
+    ASSERT_FALSE(report);
+    EXPECT_EQ(report.error().place.source, again);
+    EXPECT_THAT(report.error().message, HasSubstr("given twice"));
+  }
+}
+
+TEST_F(Walk, ACameraOfAnotherSizeIsRefused) {
+  film(2);
+  if (IsSkipped() || HasFatalFailure()) return;
+  const PinholeRadtan lens{.fx = 1040, .fy = 1042, .cx = 636, .cy = 486};
+  job_.camera = CameraModel::make(lens, 1280, 960).value();
+  const auto report = map_video(job_, finder_, {});
+  ASSERT_FALSE(report);
+  EXPECT_THAT(to_string(report.error()), ::testing::AllOf(HasSubstr("1280"), HasSubstr("640")));
+  EXPECT_FALSE(fs::exists(folder_ / "map"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,178 @@
+#include "waymark/app/video/video_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "waymark/app/common/lap_input.hpp"
+
+namespace waymark::internal {
+namespace {
+
+constexpr double kExact = 1e-6;  // [m, rad]
+constexpr double kOpen_m = 10;   // what other measurements tell
+constexpr double kOpen_rad = 0.25;
+
+Status must_be_seen(const TagId& tag, const char* flag, const std::map<TagId, int>& count) {
+  if (count.contains(tag)) return {};
+  return fail(ErrorCode::NotFound, to_string(tag) + " was not seen", {.key = flag},
+              "`waymark detect` lists the tags of a video.");
+}
+
+/// Standard deviations of a tag that is held: across the map's z axis, along it, and turns about either.
+struct Hold {
+  double level_m = kExact, height_m = kExact;
+  double tilt_rad = kExact, yaw_rad = kExact;
+};
+
+ScenePrior held(const SE3& map_T_tag, const Hold& hold) {
+  const Eigen::Vector3d up = map_T_tag.rotation().inverse() * Eigen::Vector3d::UnitZ();
+  const Eigen::Matrix3d along = up * up.transpose();
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along;
+  ScenePrior prior{.mean = map_T_tag};
+  prior.sqrt_information.setZero();
+  prior.sqrt_information.topLeftCorner<3, 3>() = across / hold.level_m + along / hold.height_m;
+  prior.sqrt_information.bottomRightCorner<3, 3>() = across / hold.tilt_rad + along / hold.yaw_rad;
+  return prior;
+}
+
+/// As an older map has the tag, with its covariance there and the one asked for.
+ScenePrior as_mapped(const MapVideoJob& job, const MappedTag& tag) {
+  Matrix6 P = Matrix6::Zero();
+  if (tag.covariance) {
+    const Matrix6 Ad = tag.map_T_tag.inverse().adjoint();
+    P = Ad * *tag.covariance * Ad.transpose();
+  }
+  P.diagonal().head<3>().array() += std::pow(job.prior_sigma_m.value_or(kExact), 2);
+  P.diagonal().tail<3>().array() += std::pow(job.prior_sigma_rad.value_or(kExact), 2);
+  return {.mean = tag.map_T_tag, .sqrt_information = whitening_of(P)};
+}
+
+/// Level, height or both come from tags that are said to hang upright or to lie on the floor.
+Hold single_hold(const MapVideoJob& job) {
+  Hold hold;
+  if (!job.upright.empty() || !job.floor.empty()) hold.tilt_rad = kOpen_rad;
+  if (!job.floor.empty()) hold.height_m = kOpen_m;
+  return hold;
+}
+
+TagId seen_most(const MapVideoJob& job, const std::map<TagId, int>& count) {
+  TagId tag;
+  int most = 0;
+  for (const bool known : {true, false}) {
+    for (const auto& [id, seen] : count) {
+      if (seen <= most || (known && job.prior.find(id) == nullptr)) continue;
+      most = seen;
+      tag = id;
+    }
+    if (most > 0) break;
+  }
+  return tag;
+}
+
+Result<VideoAnchors> several(const MapVideoJob& job, const std::vector<TagId>& tags,
+                             const std::map<TagId, int>& count) {
+  VideoAnchors anchors;
+  int most = 0;
+  for (const TagId& tag : tags) {
+    const MappedTag* known = job.prior.find(tag);
+    if (known == nullptr)
+      return fail(ErrorCode::NotFound, "nothing says where " + to_string(tag) + " stands",
+                  {.key = "--anchor"}, "Of several anchors the places are those of --prior.");
+    anchors.tags[tag] = as_mapped(job, *known);
+    if (!job.prior_sigma_m && !job.prior_sigma_rad && !known->covariance) anchors.exact.insert(tag);
+    if (count.at(tag) > most) anchors.first = tag;
+    most = std::max(most, count.at(tag));
+  }
+  return anchors;
+}
+
+Status add_measurements(const MapVideoJob& job, const std::map<TagId, int>& count, TagScene& scene) {
+  const auto direct = [&](const std::vector<TagId>& tags, const char* flag,
+                          const Eigen::Vector3d& axis) -> Status {
+    for (const TagId& tag : tags) {
+      if (Status seen = must_be_seen(tag, flag, count); !seen) return seen;
+      scene.directions.push_back({tag.number, {axis, Eigen::Vector3d::UnitZ(), job.level_sigma_rad}});
+    }
+    return {};
+  };
+  if (Status seen = direct(job.upright, "--upright", Eigen::Vector3d::UnitY()); !seen) return seen;
+  if (Status seen = direct(job.floor, "--floor", Eigen::Vector3d::UnitZ()); !seen) return seen;
+  for (const TagId& tag : job.floor)
+    scene.coordinates.push_back({.tag = tag.number, .sigma_m = MapVideoJob::kFlat_m});
+  for (const MeasuredDistance& d : job.distances) {
+    for (const TagId& tag : {d.a, d.b})
+      if (Status seen = must_be_seen(tag, "--distance", count); !seen) return seen;
+    scene.distances.push_back({.tag_a = d.a.number,
+                               .tag_b = d.b.number,
+                               .corner_a = -1,
+                               .corner_b = -1,
+                               .measured_m = d.measured_m,
+                               .sigma_m = d.sigma_m});
+  }
+  for (const std::vector<TagId>& tags : job.planes) {
+    ScenePlane plane{.sigma_m = MapVideoJob::kFlat_m, .sigma_rad = job.level_sigma_rad};
+    for (const TagId& tag : tags) {
+      if (Status seen = must_be_seen(tag, "--plane", count); !seen) return seen;
+      plane.tags.push_back(tag.number);
+    }
+    scene.planes.push_back(std::move(plane));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<VideoAnchors> video_anchors(const MapVideoJob& job, const std::map<TagId, int>& count) {
+  for (const TagId& tag : job.anchors)
+    if (Status seen = must_be_seen(tag, "--anchor", count); !seen) return tl::unexpected(seen.error());
+  std::vector<TagId> tags = job.anchors;
+  if (tags.empty() && (job.prior_sigma_m || job.prior_sigma_rad)) {
+    for (const auto& [tag, seen] : count)
+      if (job.prior.find(tag) != nullptr) tags.push_back(tag);
+    if (tags.empty())
+      return fail(ErrorCode::NotFound, "no tag of the older map was seen", {.key = "--prior"},
+                  "`waymark detect` lists the tags of a video.");
+  }
+  if (tags.size() > 1 || (!tags.empty() && (job.prior_sigma_m || job.prior_sigma_rad)))
+    return several(job, tags, count);
+  VideoAnchors anchors{.first = tags.empty() ? seen_most(job, count) : tags.front()};
+  const MappedTag* known = job.prior.find(anchors.first);
+  anchors.assumed = !job.map_T_anchor && known == nullptr;
+  const SE3 place = job.map_T_anchor   ? *job.map_T_anchor
+                    : known != nullptr ? known->map_T_tag
+                                       : anchor_at_origin();
+  const Hold hold = single_hold(job);
+  anchors.tags[anchors.first] = held(place, hold);
+  if (hold.tilt_rad == kExact) anchors.exact.insert(anchors.first);
+  return anchors;
+}
+
+Result<TagScene> video_scene(const MapVideoJob& job, const std::map<TagId, int>& count,
+                             const VideoAnchors& anchors) {
+  TagScene scene;
+  scene.bodies.push_back({.name = "map", .map_T_body = held(SE3(), {})});
+  scene.bodies.push_back({.name = "hand", .is_static = false});
+  scene.cameras.push_back({.name = "camera",
+                           .model = job.camera,
+                           .body = kHand,
+                           .body_T_cam = held(SE3(), {}),
+                           .readout_s = job.readout_s,
+                           .intrinsics_sigma = job.intrinsics_sigma});
+  for (const auto& [tag, seen] : count) {
+    const Result<double> size_m = job.sizes.size_m(tag);
+    if (!size_m) return tl::unexpected(size_m.error());
+    const auto anchor = anchors.tags.find(tag);
+    if (anchor != anchors.tags.end())
+      scene.bodies[kWalls].tags.push_back({.id = tag, .size_m = *size_m, .body_T_tag = anchor->second});
+    else if (*size_m != job.sizes.default_size_m)
+      scene.bodies[kWalls].tags.push_back({.id = tag, .size_m = *size_m});
+  }
+  scene.bodies[kWalls].default_tag_size_m = job.sizes.default_size_m.value_or(0);
+  scene.default_body = kWalls;
+  if (Status sound = add_measurements(job, count, scene); !sound) return tl::unexpected(sound.error());
+  return scene;
+}
+
+}  // namespace waymark::internal

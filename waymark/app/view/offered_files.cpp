@@ -1,0 +1,125 @@
+#include "waymark/app/view/offered_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "waymark/app/common/shell_word.hpp"
+#include "waymark/recording/log_formats.hpp"
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_mcap(const fs::path& path) {
+  std::array<char, 5> head{};
+  std::ifstream(path, std::ios::binary).read(head.data(), head.size());
+  return head[0] == '\x89' && std::string_view(head.data() + 1, 4) == "MCAP";
+}
+
+/// What of a folder the page can show: recordings, and the files of a map in it or in map/. Links that lead
+/// out of the folder are `left_out`: whoever may write to the folder is not to choose what is shown.
+std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFile>& left_out) {
+  std::vector<OfferedFile> files;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    if (entry.is_regular_file(none) && entry.path().extension() == ".mcap")
+      files.push_back({entry.path().filename().string(), entry.path(), OfferedFile::Kind::Recording});
+  }
+  std::ranges::sort(files, {}, &OfferedFile::name);
+  for (const fs::path& place : {folder, folder / "map"}) {
+    if (!fs::is_regular_file(place / "map.yaml", none)) continue;
+    for (const fs::directory_entry& entry : fs::directory_iterator(place, none)) {  // of `waymark optimize`
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with("route-") && name.ends_with(".yaml"))
+        files.push_back({name, entry.path(), OfferedFile::Kind::Text});
+    }
+    for (const char* name :
+         {"map.yaml", "route.yaml", "robot.yaml", "trajectory.txt", "truth_trajectory.txt"}) {
+      if (fs::is_regular_file(place / name, none))
+        files.push_back({name, place / name, OfferedFile::Kind::Text});
+    }
+    break;
+  }
+  for (OfferedFile& file : files) file.within = folder;
+  const auto outside = std::ranges::stable_partition(
+      files, [&](const OfferedFile& file) { return lies_within(file.path, folder); });
+  left_out.assign(outside.begin(), outside.end());
+  files.erase(outside.begin(), outside.end());
+  return files;
+}
+
+/// What the file is instead, and what to do with it.
+Error no_recording(const std::string& path) {
+  Error error{ErrorCode::Unsupported, "not an MCAP recording", {.source = path}, {}};
+  std::error_code none;
+  if (fs::is_regular_file(path, none) && fs::file_size(path, none) == 0) {
+    error.message = "the file is empty: nothing was recorded, or its recorder never came to write";
+    error.hint = "Record again, or take a copy that is not empty.";
+  } else if (looks_like_recording(path)) {
+    error.message = "a recording, but none that a browser can read by its index";
+    error.hint = fmt::format("Make one first: waymark convert {} out.mcap", shell_word(path));
+  } else {
+    error.message = "neither a recording nor the YAML of a map or a route";
+    error.hint =
+        "The page shows MCAP recordings, map.yaml, and the folders of maps and demos; `waymark convert` "
+        "makes "
+        "MCAP of tables and logs.";
+  }
+  return error;
+}
+
+}  // namespace
+
+void tell_of_damage(const std::vector<OfferedFile>& files, const JobControl& control) {
+  for (const OfferedFile& file : files) {
+    if (file.kind != OfferedFile::Kind::Recording) continue;
+    const auto log = open_log(file.path, control.log_options());
+    if (!log) {
+      control.note("warning: " + to_string(log.error()));
+      continue;
+    }
+    if ((*log)->summary().complete) continue;
+    for (const LogProblem& problem : (*log)->problems()) control.note("warning: " + to_string(problem.error));
+    control.note(fmt::format(
+        "{} was cut: its index is missing, so the page has to read all of it. `waymark recover {} -o "
+        "whole.mcap` writes one that opens at once",
+        file.name, shell_word(file.path.string())));
+  }
+}
+
+Result<std::vector<OfferedFile>> offered_by(const std::string& path, const JobControl& control) {
+  std::error_code none;
+  if (path.empty()) return std::vector<OfferedFile>{};
+  if (path == "live" && !fs::exists(path, none))
+    return fail(
+        ErrorCode::InvalidArgument, "a robot is shown by the verb that runs it", {},
+        "For example `waymark run --world circuit24 --driver page --view -o session`, or `waymark demo "
+        "--view`.");
+  if (!fs::exists(path, none))
+    return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path});
+  if (fs::is_directory(path, none)) {
+    std::vector<OfferedFile> left_out;
+    std::vector<OfferedFile> files = files_of(path, left_out);
+    for (const OfferedFile& file : left_out)
+      control.note(fmt::format("{} is a link to somewhere else and is not shown: name its target to show it",
+                               file.path.string()));
+    if (files.empty())
+      return fail(ErrorCode::NotFound, "no recording (.mcap) and no map.yaml in this folder",
+                  {.source = path},
+                  "Name a recording, the folder of a map, or one that `waymark demo` wrote.");
+    return files;
+  }
+  const std::string name = fs::path(path).filename().string();
+  if (name.ends_with(".yaml") || name.ends_with(".yml"))
+    return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Text}};
+  if (!is_mcap(path)) return tl::unexpected(no_recording(path));
+  return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
+}
+
+}  // namespace waymark

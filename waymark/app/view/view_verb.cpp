@@ -1,0 +1,59 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/view/offered_files.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct ViewArgs {
+  explicit ViewArgs(CLI::App& app) {
+    add_option(app, "PATH", path,
+               "Recording (MCAP), map.yaml, folder of a map, or folder with recordings; without one the page "
+               "waits for a file to be dropped on it");
+    add_fields(app, page);
+  }
+
+  std::string path;
+  PageOptions page{};
+};
+
+ExitCode view(const ViewArgs& args, Console& console) {
+  const JobControl control = control_from(console);
+  auto offered = offered_by(args.path, control);
+  if (!offered) return console.failed(offered.error(), ExitCode::SomeFailed);
+  Result<ServerOptions> options = server_options(args.page, false);
+  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  tell_of_damage(*offered, control);
+  options->offered = std::move(*offered);
+  Result<HttpServer> server = HttpServer::listen(std::move(*options));
+  if (!server) return fail_with(server.error(), console);
+  announce(*server, args.page, control, [&](const std::string& url) { console.print(url + "\n"); });
+  console.say("open this address in a browser; Ctrl-C ends");
+  server->run([] { return interrupted(); });
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb view_verb() {
+  return {
+      .name = "view",
+      .sentence = "Show a recording or a map in the browser",
+      .help =
+          R"(Serves one page on this machine only: tags, route and trajectories in 3-D or from above, the camera's pictures
+with the tags found in them, plots, and a timeline to scrub, play and step. The browser reads the recording
+itself, by its index, so a long one opens as quickly as a short one. Nothing leaves the machine, and nothing
+but the named files can be asked for. The address goes to standard output. --listen lets others look, who need
+the token that is part of the address. A robot that runs is shown by `waymark run --view`, `teach --view`,
+`replay --view` and `demo --view`.
+
+Exit code: 0 ended by Ctrl-C, 1 not readable or no port, 2 wrong usage.
+
+Examples:
+  waymark view demo
+  waymark view lap.mcap --port 0 --open
+)",
+      .prepare = prepared(view)};
+}
+
+}  // namespace waymark::cli

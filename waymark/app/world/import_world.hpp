@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/sdf/sdf_scene.hpp"
+#include "waymark/simulation/world.hpp"
+
+/// `waymark world import`: a world of Gazebo as one of ours.
+namespace waymark {
+
+struct ImportWorldJob {
+  std::filesystem::path file{};                  ///< .sdf, .world
+  std::filesystem::path output{};                ///< world.yaml to write
+  std::vector<std::filesystem::path> folders{};  ///< where models and textures are looked for first
+  std::vector<std::string> families = {"tag36h11"};
+  std::string path{};   ///< table with columns x and y, or a recording: the line to drive; empty: a metre
+                        ///< ahead of `start`
+  std::string start{};  ///< model at which a line of that kind begins; empty: the first that can move, else
+                        ///< the origin
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.file, JobField("file FILE", "World or model in SDF (.sdf, .world)").input().required());
+    visit(self.output, JobField("output FILE", "World to write (.yaml)").required());
+    visit(self.folders, JobField("models FOLDER",
+                                 "Folder in which model:// and pictures are looked for first (repeatable). "
+                                 "Then: beside the file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH"));
+    visit(self.families, JobField("family NAME", "Tag families to look for in the pictures").by_commas());
+    visit(self.path,
+          JobField("path FILE",
+                   "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive"));
+    visit(self.start, JobField("start NAME",
+                               "Model from which a line of one metre leads ahead, where there is no --path. "
+                               "Unless given: the first model that is not static, else the origin")
+                          .excludes("path"));
+  }
+};
+
+struct ImportWorldReport {
+  World world{};
+  std::vector<std::string> lights{};    ///< in words; the renderer of Waymark has a light of its own
+  std::vector<std::string> warnings{};  ///< what is not as the file has it, or left out
+};
+
+/// Tags (of one family: that of most of them) where their textures are, boxes and cylinders that stand
+/// upright as furniture, other shapes as the box around them. What a board shows on its back as well counts
+/// as a two-sided board. Fails on a world without a tag that can be read.
+[[nodiscard]] Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& families,
+                                     std::vector<std::string>& warnings);
+
+/// Reads a world in SDF and writes it as world.yaml. Fails where the module for SDF is not installed, no tag
+/// can be read, or the result would be no world.
+[[nodiscard]] Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobControl& control);
+[[nodiscard]] std::string to_text(const ImportWorldReport& report, const std::string& file);
+[[nodiscard]] nlohmann::ordered_json to_json(const ImportWorldReport& report, const std::string& file);
+
+}  // namespace waymark

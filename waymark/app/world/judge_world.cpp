@@ -1,0 +1,180 @@
+#include "waymark/app/world/judge_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/figure_files.hpp"
+#include "waymark/plot/loop_figures.hpp"
+#include "waymark/plot/render.hpp"
+
+namespace waymark {
+namespace {
+
+/// Tags that people print are between these; anything else is a slip of units.
+constexpr double kSmallestTagMetres = 0.01;
+constexpr double kLargestTagMetres = 2;
+
+/// Tags that overlap, the first of them by name.
+std::vector<std::string> overlaps_in_words(const WorldCheck& check) {
+  constexpr std::size_t kMost = 5;
+  std::vector<std::string> words;
+  for (const auto& [a, b] : check.overlapping) {
+    if (words.size() == kMost) {
+      words.push_back(fmt::format("{} more pairs of tags overlap", check.overlapping.size() - kMost));
+      break;
+    }
+    words.push_back(
+        fmt::format("{} and {} overlap: one covers the other; move one of them", to_string(a), to_string(b)));
+  }
+  return words;
+}
+
+/// What may be meant, but hardly is.
+std::vector<std::string> doubts_about(const World& world, const WorldCheck& check) {
+  for (const auto& [id, tag] : world.tags.tags) {
+    const double size = tag.size_m;
+    if (size >= kSmallestTagMetres && size <= kLargestTagMetres) continue;
+    return {fmt::format("{} is {:g} m large: {}", to_string(id), size,
+                        size > kLargestTagMetres ? "were millimetres meant? Sizes are in metres"
+                                                 : "no camera reads that; sizes are in metres")};
+  }
+  return overlaps_in_words(check);
+}
+
+Trajectory as_trajectory(const std::vector<SE3>& poses) {
+  Trajectory trajectory;
+  for (const SE3& pose : poses) trajectory.push_back({SensorTime(Duration(trajectory.size())), pose});
+  if (!trajectory.empty()) trajectory.push_back(trajectory.front());  // the circle is closed
+  return trajectory;
+}
+
+/// Where the camera looks: its z axis, as a stroke every thirty degrees.
+plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot::Color color) {
+  plot::Series series{.name = "", .color = color};
+  for (std::size_t i = 0; i < map_T_cam.size(); i += std::max<std::size_t>(map_T_cam.size() / 12, 1)) {
+    for (const double z : {0.0, length_m, std::nan("")}) {
+      const Eigen::Vector3d p = map_T_cam[i] * Eigen::Vector3d(0, 0, z);
+      series.x.push_back(p.x());
+      series.y.push_back(p.y());
+    }
+  }
+  return series;
+}
+
+/// Tags that hide each other along a part of the line, those that do so longest first.
+std::string hidden_in_words(std::vector<HiddenTag> hidden) {
+  constexpr std::size_t kMost = 5;
+  std::ranges::stable_sort(hidden, std::ranges::greater{}, &HiddenTag::from_m);
+  std::string words;
+  for (std::size_t i = 0; i < std::min(hidden.size(), kMost); ++i)
+    words += fmt::format("hidden                     {} behind {}, from {:.2f} m of the way\n",
+                         to_string(hidden[i].tag), to_string(hidden[i].by), hidden[i].from_m);
+  if (hidden.size() > kMost)
+    words += fmt::format("                           and {} pairs more\n", hidden.size() - kMost);
+  return words;
+}
+
+nlohmann::ordered_json pairs_to_json(const WorldCheck& check) {
+  nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+  for (const auto& [a, b] : check.overlapping) pairs.push_back({to_string(a), to_string(b)});
+  return pairs;
+}
+
+nlohmann::ordered_json hidden_to_json(const WorldCheck& check) {
+  nlohmann::ordered_json hidden = nlohmann::ordered_json::array();
+  for (const HiddenTag& tag : check.hidden)
+    hidden.push_back({{"tag", to_string(tag.tag)}, {"by", to_string(tag.by)}, {"from_m", tag.from_m}});
+  return hidden;
+}
+
+}  // namespace
+
+Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, const CameraModel& camera,
+                                 const TagCameraOptions& tag_camera) {
+  const Result<WorldCheck> check = check_world(world, robot, camera, tag_camera);
+  if (!check) return tl::unexpected(check.error());
+  WorldVerdict verdict{.check = *check, .doubts = doubts_about(world, *check)};
+  verdict.good = verdict.doubts.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
+                 check->two_tags_fraction >= kGoodLapTwoTags;
+  return verdict;
+}
+
+std::string nearest_tag(const WorldCheck& c) { return c.nearest_tag ? to_string(*c.nearest_tag) : "no tag"; }
+
+nlohmann::ordered_json to_json(const WorldVerdict& verdict, const World& world, const RobotModel& robot) {
+  const WorldCheck& c = verdict.check;
+  return {{"world", world.name},
+          {"robot", robot.name},
+          {"tags", world.tags.tags.size()},
+          {"lap_m", c.lap_m},
+          {"min_clearance_m", c.min_clearance_m},
+          {"nearest_tag", nearest_tag(c)},
+          {"two_tags_fraction", c.two_tags_fraction},
+          {"fewest_tags", c.fewest_tags},
+          {"sharpest_left_1_m", c.sharpest_left_1_m},
+          {"sharpest_right_1_m", c.sharpest_right_1_m},
+          {"overlapping_tags", pairs_to_json(c)},
+          {"hidden_tags", hidden_to_json(c)},
+          {"warnings", verdict.doubts},
+          {"good", verdict.good}};
+}
+
+Status write_orbit(const std::string& path, const World& world, const OrbitReport& report) {
+  plot::Figure figure =
+      plot::path_figure("A camera on a circle about the tags",
+                        {{"as placed", as_trajectory(report.map_T_cam), world.tags, plot::kTruthColor},
+                         {"composed, with noise", as_trajectory(report.map_T_cam_composed),
+                          report.tags_composed, plot::kEstimateColor}});
+  figure.series.push_back(view_axes(report.map_T_cam, report.radius_m / 8, plot::kTruthColor));
+  figure.series.push_back(view_axes(report.map_T_cam_composed, report.radius_m / 8, plot::kEstimateColor));
+  const Result<plot::FileFormat> format = plot::format_of(path);
+  if (!format) return tl::unexpected(format.error());
+  std::vector<std::string> files;
+  return write_figure(path, figure, {std::filesystem::path(path).extension().string()}, files);
+}
+
+nlohmann::ordered_json to_json(const OrbitReport& r, const World& world) {
+  return {{"world", world.name},
+          {"steps", r.map_T_cam.size()},
+          {"radius_m", r.radius_m},
+          {"closure", r.closure},
+          {"jump_m", r.jump_m},
+          {"jump_limit_m", r.jump_limit_m},
+          {"jump_deg", r.jump_deg},
+          {"jump_limit_deg", r.jump_limit_deg},
+          {"smallest_axis_cosine", r.smallest_axis_cosine},
+          {"good", r.closes() && r.continuous() && r.upright()}};
+}
+
+std::string to_text(const WorldVerdict& verdict, const World& world, const RobotModel& robot) {
+  const WorldCheck& c = verdict.check;
+  return fmt::format(
+      "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
+      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap keeps {} m)\n"
+      "two tags or more in view   {:.1f} % of the way (a good lap: {:.0f} %); never fewer than {}\n"
+      "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n{}",
+      world.name, world.tags.tags.size(), world.path_closed ? "a lap" : "a way", c.lap_m, robot.name,
+      c.min_clearance_m, nearest_tag(c), c.nearest_place_m.x(), c.nearest_place_m.y(), kGoodLapClearance_m,
+      100 * c.two_tags_fraction, 100 * kGoodLapTwoTags, c.fewest_tags, c.sharpest_left_1_m,
+      c.sharpest_right_1_m, hidden_in_words(c.hidden));
+}
+
+std::string to_text(const OrbitReport& r, const World& world) {
+  const auto verdict = [](bool good) { return good ? "yes" : "NO"; };
+  return fmt::format(
+      "{}: {} steps on a circle of {:.2f} m about {} tags\n"
+      "without noise  compositions close to {:.1e} (below 1e-12: {})\n"
+      "with noise     largest jump {:.3f} m of {:.3f} m that the noise explains, {:.2f} of {:.2f} deg (no "
+      "discontinuity: {})\n"
+      "               smallest cosine of an axis with its nominal one {:.4f} (no inversion: {})\n",
+      world.name, r.map_T_cam.size(), r.radius_m, world.tags.tags.size(), r.closure, verdict(r.closes()),
+      r.jump_m, r.jump_limit_m, r.jump_deg, r.jump_limit_deg, verdict(r.continuous()), r.smallest_axis_cosine,
+      verdict(r.upright()));
+}
+
+}  // namespace waymark

@@ -1,0 +1,207 @@
+#include "waymark/app/world/lay_world.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/config/robot_list.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/world_file.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/replay/lap_closing.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 24U;
+constexpr double kPointEvery_m = 0.15;  // of the line that is kept
+/// A drawn line may begin at a corner of its loop, so its end may come from aside, but not from ahead.
+constexpr LapClosing kClosing{.distance_m = 0.6, .angle_rad = 2.2};
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',' || c == ';' || c == '\t')
+      cells.emplace_back();
+    else if (c != ' ' && c != '\r' && c != '#')
+      cells.back() += c;
+  }
+  return cells;
+}
+
+std::optional<double> number(const std::vector<std::string>& cells, std::size_t column) {
+  if (column >= cells.size()) return std::nullopt;
+  double value{};
+  const char* end = cells[column].data() + cells[column].size();
+  const auto [stop, error] = std::from_chars(cells[column].data(), end, value);
+  if (error != std::errc() || stop != end || !(std::abs(value) < 1e6)) return std::nullopt;
+  return value;
+}
+
+/// The columns x and y of a table with a heading, or the first two of one without.
+Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
+  const auto text = read_text_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  std::vector<Eigen::Vector2d> points;
+  std::size_t x = 0;
+  std::size_t y = 1;
+  int line_number = 0;
+  for (std::size_t begin = 0; begin < text->size();) {
+    const std::size_t end = std::min(text->find('\n', begin), text->size());
+    const std::vector<std::string> cells = cells_of(text->substr(begin, end - begin));
+    begin = end + 1;
+    ++line_number;
+    const auto column_x = std::ranges::find_if(cells, [](const auto& c) { return c == "x" || c == "x_m"; });
+    const auto column_y = std::ranges::find_if(cells, [](const auto& c) { return c == "y" || c == "y_m"; });
+    if (points.empty() && column_x != cells.end() && column_y != cells.end()) {
+      x = static_cast<std::size_t>(column_x - cells.begin());
+      y = static_cast<std::size_t>(column_y - cells.begin());
+      continue;
+    }
+    if (cells.size() == 1 && cells[0].empty()) continue;
+    const auto at_x = number(cells, x);
+    const auto at_y = number(cells, y);
+    if (!at_x || !at_y)
+      return fail(ErrorCode::Unreadable, "this line holds no point", {.source = path, .line = line_number},
+                  "Write x,y in metres, or name the columns x and y in the first line.");
+    points.emplace_back(*at_x, *at_y);
+  }
+  return points;
+}
+
+/// Where the robot of a recording went: by truth where it is known, else by odometry.
+Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path, const JobControl& control) {
+  const auto log = open_log(path, control.log_options());
+  if (!log) return tl::unexpected(log.error());
+  std::vector<Eigen::Vector2d> truth;
+  std::vector<Eigen::Vector2d> odometry;
+  const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    if (Status wanted = control.go_on(); !wanted) return wanted;
+    if (const auto* pose = std::get_if<TruthPose>(&sample))
+      truth.push_back(pose->map_T_base.translation().head<2>());
+    if (const auto* pose = std::get_if<Odometry>(&sample))
+      odometry.push_back(pose->odom_T_base.translation());
+    return {};
+  });
+  if (!status) return tl::unexpected(status.error());
+  return truth.empty() ? odometry : truth;
+}
+
+/// Points at least kPointEvery_m apart.
+std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points) {
+  std::vector<Eigen::Vector2d> kept;
+  for (const Eigen::Vector2d& point : points)
+    if (kept.empty() || (point - kept.back()).norm() >= kPointEvery_m) kept.push_back(point);
+  return kept;
+}
+
+struct LaidLine {
+  World world{};
+  double repeated_m = 0;  ///< of the line, cut off because it repeats the loop
+};
+
+/// A line that a driver can follow, and whether it is a loop. What repeats the loop is cut off, as of a
+/// route.
+LaidLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
+  constexpr double kStep_m = 0.05;
+  LaidLine line{.world = {.name = name, .path_closed = false}};
+  std::vector<Eigen::Vector2d>& path_m = line.world.path_m;
+  path_m = thinned(points);
+  const EvenLine even = even_steps(path_m, kStep_m);
+  const auto loop = points_of_first_loop(even.points, kStep_m, kClosing);
+  if (!loop) return line;
+  line.world.path_closed = true;
+  line.repeated_m = kStep_m * static_cast<double>(even.points.size() - *loop);
+  path_m.resize(even.sources[*loop]);  // the closing point lies on the segment to this one, or at it
+  if (path_m.size() > 3 && (path_m.back() - path_m.front()).norm() < kPointEvery_m / 2) path_m.pop_back();
+  return line;
+}
+
+}  // namespace
+
+Result<World> read_line(const std::string& path, const JobControl& control) {
+  const std::string name = std::filesystem::path(path).stem().string();
+  const bool table = path.ends_with(".csv") || path.ends_with(".txt");
+  const auto points = table ? points_of_table(path) : points_of_recording(path, control);
+  if (!points) return tl::unexpected(points.error());
+  constexpr double kLargest_m = 500;
+  const bool too_large = std::ranges::any_of(*points, [&](const Eigen::Vector2d& point) {
+    return !((point - points->front()).cwiseAbs().maxCoeff() < kLargest_m);
+  });
+  if (too_large)
+    return fail(ErrorCode::LimitExceeded, "the line goes farther than 500 m from its start", {.source = path},
+                "Coordinates are in metres: are these millimetres?");
+  LaidLine line = line_of(name, *points);
+  if (line.world.path_m.size() < 3)
+    return fail(ErrorCode::InvalidArgument, "no line of three points or more that are 0.15 m apart",
+                {.source = path});
+  if (line.repeated_m > kUsualOverlap_m)
+    control.note(fmt::format("{}: the last {:.2f} m of the line repeat its loop and are left out", path,
+                             line.repeated_m));
+  return std::move(line.world);
+}
+
+Status check_new_world(const std::string& output) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(output, ignored)) return check_output_file(output);
+  return fail(ErrorCode::InvalidArgument, "the file exists", {.source = output},
+              "Choose another name, or remove it.");
+}
+
+Result<LayWorldJob> described_lay_world(const LayWorldWords& words, const TagLayoutOptions& layout) {
+  auto robot = read_named_robot(words.robot_file);
+  if (!robot) return tl::unexpected(robot.error());
+  if (Status fresh = check_new_world(words.output); !fresh) return tl::unexpected(fresh.error());
+  return LayWorldJob{
+      .path = words.path, .output = words.output, .robot = std::move(*robot), .layout = layout};
+}
+
+Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control) {
+  if (Status status = check_output_file(job.output); !status) return tl::unexpected(status.error());
+  Result<World> line = read_line(job.path, control);
+  if (!line) return tl::unexpected(line.error());
+  const RobotModel& model = job.robot.model;
+  Result<World> world = lay_tags(std::move(*line), model, job.robot.camera, job.layout);
+  if (!world) return tl::unexpected(world.error());
+  const TagCameraOptions tag_camera{.max_range_m = job.layout.max_range_m};
+  const auto check = check_world(*world, model, job.robot.camera, tag_camera);
+  if (!check) return tl::unexpected(check.error());
+  if (Status status = control.go_on(); !status) return tl::unexpected(status.error());
+  const std::string yaml = to_yaml(*world);
+  const auto earlier = move_aside(job.output, yaml);
+  if (!earlier) return tl::unexpected(earlier.error());
+  if (!earlier->empty()) control.note("the earlier file is kept: " + *earlier);
+  if (Status status = write_text_file(job.output, yaml); !status) return tl::unexpected(status.error());
+  return LayWorldReport{.world = std::move(*world), .check = *check};
+}
+
+nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file) {
+  return {{"file", file},
+          {"tags", report.world.tags.tags.size()},
+          {"closed", report.world.path_closed},
+          {"lap_m", report.check.lap_m},
+          {"two_tags_fraction", report.check.two_tags_fraction},
+          {"one_tag_fraction", report.check.one_tag_fraction},
+          {"min_clearance_m", report.check.min_clearance_m}};
+}
+
+std::string to_text(const LayWorldReport& report, const std::string& file) {
+  const WorldCheck& check = report.check;
+  return fmt::format(
+      "{}: {} tags along {} of {:.2f} m\n"
+      "two tags or more in view   {:.1f} % of the way, one or more {:.1f} %\n"
+      "hull to the nearest tag    {:.3f} m ({})\n",
+      file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
+      100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,
+      check.nearest_tag ? to_string(*check.nearest_tag) : "no tag");
+}
+
+}  // namespace waymark

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/simulation/tag_layout.hpp"
+#include "waymark/simulation/world_check.hpp"
+
+/// `waymark world new`: a world with tags laid along a line that was drawn or driven.
+namespace waymark {
+
+struct LayWorldJob {
+  std::string path{};      ///< the line: a .csv or .txt with columns x and y [m], or a recording of a drive
+  std::string output{};    ///< world to write
+  RobotDescription robot;  ///< that is to see the tags
+  TagLayoutOptions layout{};
+};
+
+/// What a user says of a world that is laid.
+struct LayWorldWords {
+  std::string path{};
+  std::string output{};
+  std::string robot_file = "limo";
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.path,
+          JobField("path FILE",
+                   "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive")
+              .required());
+    visit(self.output, JobField("output FILE", "World to write (.yaml)").required());
+    visit(self.robot_file,
+          JobField("robot_file NAME", "Body and camera of the robot: a name, or a .yaml file"));
+  }
+};
+/// Reads the robot's file; fails also where check_new_world() does.
+[[nodiscard]] Result<LayWorldJob> described_lay_world(const LayWorldWords& words,
+                                                      const TagLayoutOptions& layout);
+
+/// Fails where a file stands already under the name of the world, or none can be written.
+[[nodiscard]] Status check_new_world(const std::string& output);
+
+struct LayWorldReport {
+  World world{};
+  WorldCheck check{};
+};
+
+/// The line of such a file alone: its points some way apart, and whether it is a loop. What repeats the loop
+/// is cut off, with a note.
+[[nodiscard]] Result<World> read_line(const std::string& path, const JobControl& control);
+
+/// A line that comes back to its beginning is a lap, unless it goes on elsewhere (points_of_first_loop()).
+[[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
+[[nodiscard]] std::string to_text(const LayWorldReport& report, const std::string& file);
+[[nodiscard]] nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file);
+
+}  // namespace waymark

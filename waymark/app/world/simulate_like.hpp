@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/app/live/robot_setup.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/evaluation/recording_profile.hpp"
+
+namespace waymark {
+
+struct SimulateLikeJob {
+  std::string like;    ///< name of the recording that is imitated
+  std::string output;  ///< recording to write
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(
+        self.like,
+        JobField(
+            "like RECORDING",
+            "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads")
+            .required());
+    visit(self.output,
+          JobField("output FILE", "Recording to write (.mcap); never written over another").required());
+  }
+};
+
+/// Lets the simulated robot of the setup drive along its world's line as fast as a recording did, for as
+/// long, and records it. Gives the profile of what was recorded.
+[[nodiscard]] Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingProfile& like,
+                                                     const SimulateLikeJob& job, const JobControl& control);
+
+}  // namespace waymark

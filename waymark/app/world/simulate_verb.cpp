@@ -1,0 +1,61 @@
+#include "waymark/app/cli/file_names.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/cli/picture_flags.hpp"
+#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/common/profile_table.hpp"
+#include "waymark/app/world/simulate_like.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct SimulateArgs {
+  explicit SimulateArgs(CLI::App& app)
+      : settings(app), setup(app, "circuit24"), pictures(settings, Reach::Flags) {
+    add_fields(app, job);
+    app.get_option("--output")->transform(recording_name());
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
+
+  Settings settings;
+  SetupFlags setup;
+  PictureFlags pictures;
+  SimulateLikeJob job{};
+  bool json = false;
+};
+
+ExitCode simulate(const SimulateArgs& args, Console& console) {
+  Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
+  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  const Result<RecordingProfile> like = profile_of(args.job.like, silent(control_from(console)));
+  if (!like) return console.failed(like.error(), ExitCode::SomeFailed);
+  setup->simulated.robot = options_like(*like, setup->simulated.robot);
+  const Result<RecordingProfile> made = simulate_like(*setup, *like, args.job, control_from(console));
+  if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
+  const std::vector<ProfileRow> rows = profile_table(*like, *made);
+  console.print(args.json ? json_line(to_json(rows, args.job.output)) : to_text(rows));
+  return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb simulate_verb() {
+  return {
+      .name = "simulate",
+      .sentence = "Simulate a recording with the rates, gaps, noise and speeds of a real one",
+      .help =
+          R"(Measures a recording: how often each sensor speaks and where it falls silent, the noise of corners, gyro and
+accelerometer, how many tags are missed, how late pictures arrive, how late speeds follow commands, and how
+fast the robot drove. Then lets the simulated robot drive a world's line with all of that, for as long, and
+prints both side by side, measured in the same way. What a recording does not hold stays as the robot's file
+says. The simulated robot has one camera: of several it takes after the one that says most. It follows a
+line, and so does not turn on the spot. Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 a recording was written, 1 one could not be read or written, 2 wrong usage.
+
+Example:
+  waymark simulate --like lap.mcap --world circuit24 -o like.mcap
+)",
+      .prepare = prepared(simulate)};
+}
+
+}  // namespace waymark::cli

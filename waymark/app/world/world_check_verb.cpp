@@ -1,0 +1,43 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/live/robot_setup.hpp"
+#include "waymark/app/world/judge_world.hpp"
+
+namespace waymark::cli {
+namespace {
+
+using CheckArgs = JobArgs<CheckWorldWords>;
+
+ExitCode check(const CheckArgs& args, Console& console) {
+  const Result<RobotSetup> setup = load_setup(args.job.world, args.job.robot_file, 1);
+  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  const SimulatedSetup& s = setup->simulated;
+  const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
+  if (!verdict) return console.failed(verdict.error(), ExitCode::SomeFailed);
+  for (const std::string& doubt : verdict->doubts) console.say("warning: " + doubt);
+  console.print(args.json ? json_line(to_json(*verdict, s.world, s.model))
+                          : to_text(*verdict, s.world, s.model));
+  if (!verdict->good) console.say("this world does not allow a good lap");
+  return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+}  // namespace
+
+Verb world_check_verb() {
+  return {
+      .name = "check",
+      .sentence = "Whether a robot can drive a good lap in a world",
+      .help =
+          R"(Drives the world's line exactly, without noise, and looks: how near the hull comes to a tag, and from how
+much of the way the camera sees two tags or more. Names tags that overlap, and tags that hide each other from
+a part of the way.
+
+Exit code: 0 a good lap is possible, 1 it is not, 2 wrong usage or a world that cannot be read.
+
+Examples:
+  waymark world check circuit24
+  waymark world check circuit24 --robot-file limo --json
+)",
+      .prepare = prepared(check)};
+}
+
+}  // namespace waymark::cli

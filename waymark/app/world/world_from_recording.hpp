@@ -1,0 +1,68 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/base/job_field.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/simulation/world.hpp"
+
+/// `waymark world from-recording`: a simulated place and robot with the statistics of a recorded drive.
+namespace waymark {
+
+struct WorldFromRecordingJob {
+  std::string recording{};         ///< of the drive the map was made of
+  std::filesystem::path map{};     ///< folder that `waymark map` wrote
+  std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; not there yet, or empty
+  std::string robot{};             ///< file or name, for a map without robot.yaml
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.recording,
+          JobField("recording RECORDING", "Recorded drive: anything that `waymark info` reads")
+              .input()
+              .required());
+    visit(self.map, JobField("map FOLDER", "Folder that `waymark map` made of this recording").required());
+    visit(self.folder, JobField("output FOLDER", "Folder to write, not there yet or empty").required());
+    visit(self.robot, JobField("robot NAME",
+                               "Robot whose body and behaviour are the start, by name or .yaml file. Unless "
+                               "given: robot.yaml of the map"));
+  }
+};
+
+/// One number that the recording told, and the key of the file it went into.
+struct RecordedQuantity {
+  std::string
+      key{};  ///< "simulation.tag_camera.max_range_m" of robot.yaml, "camera.exposure_ms" of camera.yaml
+  std::string words{};            ///< what it is, with its unit
+  std::optional<double> value{};  ///< nothing: the recording does not tell it
+};
+
+struct WorldFromRecordingReport {
+  World world{};
+  RobotDescription robot;
+  std::vector<RecordedQuantity> quantities{};
+  std::vector<std::string> warnings{};
+  std::vector<std::string> files{};  ///< what was written
+};
+
+/// Measures the drive against its map and writes the place (tags and route of the map, on a level floor at
+/// z = 0), the robot (its file, with the rates, noises, scales, latency, detection range and turn response of
+/// the recording in `simulation`; where the map knows what the odometry lacks, also that), and, where the
+/// recording holds pictures whose blur tells them, exposure and lens (camera.yaml, for --config). What the
+/// recording does not tell stays as the robot's file says. Fails on a map without a trajectory, of several
+/// families, or of another recording (of another time, or whose tags were seen elsewhere), and on a folder
+/// that holds something.
+[[nodiscard]] Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
+                                                                    const JobControl& control);
+[[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,
+                                  const std::filesystem::path& folder);
+[[nodiscard]] nlohmann::ordered_json to_json(const WorldFromRecordingReport& report);
+
+}  // namespace waymark

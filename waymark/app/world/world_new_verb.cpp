@@ -1,0 +1,48 @@
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/world/lay_world.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct NewArgs : LayWorldWords {
+  explicit NewArgs(CLI::App& app) : settings(app), layout(settings, "layout", kFirstGroup) {
+    add_fields(app, static_cast<LayWorldWords&>(*this));
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
+
+  Settings settings;
+  bool json = false;
+  OptionFlags<TagLayoutOptions> layout;
+};
+
+ExitCode make_world(const NewArgs& args, Console& console) {
+  TagLayoutOptions layout;
+  const Status status = args.layout.apply(layout);
+  const auto job = status ? described_lay_world(args, layout) : tl::unexpected(status.error());
+  if (!job) return console.failed(job.error(), ExitCode::Usage);
+  const Result<LayWorldReport> report = lay_world(*job, control_from(console));
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*report, args.output)) : to_text(*report, args.output));
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb world_new_verb() {
+  return {
+      .name = "new",
+      .sentence = "A world with tags laid along a line that was drawn or driven",
+      .help =
+          R"(Puts upright tags beside the line, as few as it takes for the camera to see two of them from everywhere, none
+nearer to the hull than --clearance-m (measured in space), and says how well that went. A line that comes back
+to its beginning is a lap, and what repeats it is cut off; if it goes on elsewhere, it is kept whole.
+
+Exit code: 0 a world was written, 1 the line could not be read or no tag placed, 2 wrong usage.
+
+Example:
+  waymark world new --path lap.mcap -o mine.yaml --tag-size-m 0.12
+)",
+      .prepare = prepared(make_world)};
+}
+
+}  // namespace waymark::cli
