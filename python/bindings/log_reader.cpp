@@ -15,21 +15,24 @@
 #include "python/bindings/errors.hpp"
 
 namespace waymark::python {
-namespace {
 
-constexpr std::size_t kAhead = 32;
-
-struct Message {
+/// A message as the iterator gives it. Not in the anonymous namespace: GCC warns of LogReader::Queue
+/// otherwise.
+struct RawMessage {
   std::string topic;
   std::string type;
   std::uint64_t log_time = 0;
   std::string data;
 };
-using Item = std::variant<Sample, Message>;
+using LogItem = std::variant<Sample, RawMessage>;
 
-py::object to_python(Item item) {
+namespace {
+
+constexpr std::size_t kAhead = 32;
+
+py::object to_python(LogItem item) {
   if (auto* sample = std::get_if<Sample>(&item)) return py::cast(std::move(*sample));
-  const Message& message = std::get<Message>(item);
+  const RawMessage& message = std::get<RawMessage>(item);
   return py::make_tuple(message.topic, message.type, message.log_time, py::bytes(message.data));
 }
 
@@ -41,7 +44,7 @@ Status stop() { return fail(ErrorCode::Unreadable, "closed"); }
 /// What the thread and whoever asks have in common. The thread keeps it alive and is detached: nobody waits.
 class LogReader::Queue {
  public:
-  Status push(Item item) {
+  Status push(LogItem item) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return closed_ || items_.size() < kAhead; });
     if (closed_) return stop();
@@ -61,17 +64,17 @@ class LogReader::Queue {
     changed_.notify_all();
   }
   /// Nothing at the end.
-  Result<std::optional<Item>> pop() {
+  Result<std::optional<LogItem>> pop() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return closed_ || end_ || !items_.empty(); });
     if (!items_.empty()) {
-      Item item = std::move(items_.front());
+      LogItem item = std::move(items_.front());
       items_.pop_front();
       changed_.notify_all();
       return std::optional(std::move(item));
     }
     if (end_ && !*end_) return tl::unexpected(end_->error());
-    return std::optional<Item>();
+    return std::optional<LogItem>();
   }
   [[nodiscard]] bool closed() {
     const std::scoped_lock lock(mutex_);
@@ -81,7 +84,7 @@ class LogReader::Queue {
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Item> items_;
+  std::deque<LogItem> items_;
   std::optional<Status> end_{};
   bool closed_ = false;
 };
@@ -95,10 +98,10 @@ LogReader::LogReader(const std::string& path, const LogSelection& selection, boo
     Status end =
         samples ? (*log)->visit_samples(selection, [&](const Sample& sample) { return queue->push(sample); })
                 : (*log)->visit(selection, [&](const LogChannel& channel, const LogMessage& message) {
-                    return queue->push(Message{channel.topic,
-                                               channel.type,
-                                               message.log_time,
-                                               {message.data.begin(), message.data.end()}});
+                    return queue->push(RawMessage{channel.topic,
+                                                  channel.type,
+                                                  message.log_time,
+                                                  {message.data.begin(), message.data.end()}});
                   });
     {
       const std::scoped_lock lock(problems->mutex);
@@ -133,12 +136,12 @@ py::object LogReader::next() {
     throw std::runtime_error(
         "an iterator over a recording does not survive fork(): open the recording anew in the child");
   if (queue_->closed()) throw py::value_error("the iterator is closed");
-  Result<std::optional<Item>> item;
+  Result<std::optional<LogItem>> item;
   {
     const py::gil_scoped_release release;
     item = queue_->pop();
   }
-  std::optional<Item> found = value_of(std::move(item));
+  std::optional<LogItem> found = value_of(std::move(item));
   if (!found) throw py::stop_iteration();
   return to_python(std::move(*found));
 }
