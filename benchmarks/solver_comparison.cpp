@@ -23,7 +23,7 @@
 #include "waymark/app/scene/scene_recording.hpp"
 #include "waymark/config/tagslam_folder.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
-#include "waymark/mapping/solver/bundle_terms.hpp"
+#include "waymark/mapping/solver/bundle.hpp"
 #include "waymark/mapping/solver/front_cholesky.hpp"
 
 namespace {

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/detections_json.hpp"
+#include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/json_line.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -197,7 +197,7 @@ def mean(scores, key):
 
 def geometric(program):
     """Fifty robots each, and what nobody can do better than: the tests that stand beside the program."""
-    tests = pathlib.Path(program).parents[2] / "tests/waymark_localization_tests"
+    tests = pathlib.Path(program).parents[1] / "tests/waymark_localization_tests"
     done = subprocess.run([tests, "--gtest_filter=LocalizationInSimulation.*"], env={**os.environ, "WAYMARK_FULL": "1"}, capture_output=True,
                           text=True, check=False)
     lines = ["| 50 robots each | rmse, mm | posterior bound, mm | rmse / bound | NEES (3) | moments inside 95 % | NIS (1) | half seconds inside 95 % |",

@@ -49,6 +49,6 @@ for part in ${parts//,/ }; do
     tagslam) tools/tagslam_table.py "$program" "$data" --write docs/results/mapping.md ;;
     localization) tools/localization_table.py "$program" "$data" --write docs/results/localization.md ;;
     replay) tools/replay_table.py "$program" --data "$data" --images-seeds 5 --images-laps 10 --images-fast-seeds 5 --write docs/results/replay.md ;;
-    page) tools/measure_page.py "$program" "$(dirname "$program")/../../benchmarks" ;;
+    page) tools/measure_page.py "$program" "$(dirname "$program")/../benchmarks" ;;
   esac
 done

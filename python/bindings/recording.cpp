@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -7,6 +5,8 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <pybind11/pybind11.h>
@@ -18,7 +18,7 @@
 #include "python/bindings/log_reader.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/values.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <pybind11/stl.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark::python {
 namespace {

@@ -7,7 +7,7 @@ PRELOAD = "tests/fake_v4l2/libwaymark_fake_v4l2_preload.so"
 
 def preload_of(program):
     """The library beside a program of the build folder."""
-    return pathlib.Path(program).resolve().parents[2] / PRELOAD
+    return pathlib.Path(program).resolve().parents[1] / PRELOAD
 
 
 class FakeCamera:

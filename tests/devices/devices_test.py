@@ -20,7 +20,7 @@ PICTURES_HZ = 60  # of a lap that is played at half its speed to a camera that t
 
 
 def tag_frames(program: pathlib.Path, path: pathlib.Path) -> list:
-    sys.path.insert(0, str(program.parents[2] / "python"))
+    sys.path.insert(0, str(program.parents[1] / "python"))
     import waymark.recording
 
     return [sample for sample in waymark.recording.Recording(path).samples() if type(sample).__name__ == "TagFrame" and sample.detections]

@@ -1,5 +1,7 @@
 #include "waymark/base/error.hpp"
 
+#include <cerrno>
+
 #include <fmt/format.h>
 
 namespace waymark {
@@ -33,6 +35,25 @@ std::string to_string(const Error& error) {
     text += fmt::format("{} {}", closed ? "" : ".", error.hint);
   }
   return text;
+}
+
+std::string write_mend(int error, const std::string& folder) {
+  switch (error) {
+    case ENOENT:
+      return "Make the folder '" + folder + "' first.";
+    case ENOTDIR:
+      return "A part of this path is a file, where a folder is needed. Name another one.";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "Name a folder in which you may write.";
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      return "Free some space or choose another disk.";
+    default:
+      return "";
+  }
 }
 
 }  // namespace waymark

@@ -62,4 +62,7 @@ using Status = Result<void>;
   return tl::unexpected<Error>(Error{code, std::move(message), std::move(place), std::move(hint)});
 }
 
+/// How to mend what errno says of a file that was to be written into `folder`; empty where that is not known.
+[[nodiscard]] std::string write_mend(int error, const std::string& folder);
+
 }  // namespace waymark

@@ -12,11 +12,12 @@
 #include <vector>
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "waymark/base/write_mend.hpp"
+#include <fmt/format.h>
+
+#include "waymark/base/error.hpp"
 #include "waymark/codecs/formats.hpp"
 
 namespace waymark {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/camera_formats.hpp"

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/camera_formats.hpp"
 #include "waymark/config/json_text.hpp"
 #include "waymark/config/text_file.hpp"

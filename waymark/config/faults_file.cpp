@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_numbers.hpp"
 

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/fmap_layout.hpp"
 #include "waymark/config/map_exchange_read.hpp"
 #include "waymark/config/wpilib_layout.hpp"

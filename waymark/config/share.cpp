@@ -6,9 +6,10 @@
 #include <vector>
 
 #include <dlfcn.h>
+
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

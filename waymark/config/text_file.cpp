@@ -15,7 +15,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/write_mend.hpp"
+#include "waymark/base/error.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/evaluation/csv.hpp"
 #include "waymark/samples/corners.hpp"
 

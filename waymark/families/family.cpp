@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/families/family_table.hpp"
 
 namespace waymark {

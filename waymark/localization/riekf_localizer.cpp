@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/localization/tag_fix.hpp"
 
 namespace waymark {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
 

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/base/suggest.hpp"
 #include "waymark/geometry/dense.hpp"
 #include "waymark/mapping/lap/anchor_stance.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"

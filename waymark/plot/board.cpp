@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/plot/sheet_marks.hpp"
 
 namespace waymark::plot {

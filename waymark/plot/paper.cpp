@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark::plot {
 namespace {

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include "waymark/recording/ros2_convert.hpp"
 
 namespace waymark {
 namespace {
@@ -356,6 +358,50 @@ std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts, const Cam
     all.push_back(std::move(camera));
   }
   return all;
+}
+
+namespace {
+
+/// The first of several becomes the chosen one; what none of them needs is not read.
+void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
+  setup.chosen = cameras.front();
+  std::vector<std::string> frames;
+  for (const ChosenCamera& camera : cameras) {
+    std::set<std::string> unused;
+    std::ranges::set_intersection(setup.chosen.unused, camera.unused, std::inserter(unused, unused.end()));
+    setup.chosen.unused = std::move(unused);
+    frames.push_back(camera.camera_frame);
+  }
+  for (auto camera = cameras.begin() + 1; camera != cameras.end(); ++camera)
+    setup.more_cameras.push_back(
+        {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
+  setup.chosen.notes = {fmt::format("all {} cameras are used: {} (--camera-frame chooses one)", frames.size(),
+                                    fmt::join(frames, ", "))};
+}
+
+}  // namespace
+
+const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera) {
+  const auto found = std::ranges::find(setup.more_cameras, camera, &MountedCamera::name);
+  if (found != setup.more_cameras.end()) return &found->camera;
+  return setup.camera ? &*setup.camera : nullptr;
+}
+
+void choose(RecordingSetup& setup, const CameraChoice& choice) {
+  setup.more_cameras.clear();
+  if (auto all = choose_all_cameras(setup.facts, choice); !all.empty())
+    use_all(std::move(all), setup);
+  else
+    setup.chosen = choose_camera(setup.facts, choice);
+  setup.camera = setup.chosen.camera;
+  setup.base_T_cam = setup.chosen.base_T_cam;
+}
+
+void turn_into_base(Sample& sample, const ChosenCamera& chosen) {
+  auto* imu = std::get_if<ImuSample>(&sample);
+  if (imu == nullptr || !chosen.base_R_imu) return;
+  imu->angular_velocity_rad_s = *chosen.base_R_imu * imu->angular_velocity_rad_s;
+  imu->linear_acceleration_m_s2 = *chosen.base_R_imu * imu->linear_acceleration_m_s2;
 }
 
 }  // namespace waymark

@@ -1,12 +1,16 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/recording/camera_facts.hpp"
+#include "waymark/samples/mounted_camera.hpp"
+#include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
 
@@ -64,5 +68,25 @@ struct ChosenCamera {
 /// Empty unless there are several, none was named, and calibration and mounting of each are known.
 [[nodiscard]] std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts,
                                                            const CameraChoice& choice);
+
+/// What a recording says about the robot before any sample.
+struct RecordingSetup {
+  std::optional<CameraModel> camera{};
+  std::optional<SE3> base_T_cam{};
+  std::vector<MountedCamera> more_cameras{};  ///< beside that one, where all cameras are used
+  std::map<std::string, std::map<std::string, std::string>> metadata{};  ///< by name
+  std::vector<Error> problems{};  ///< damage in the file; what could be read is read
+  CameraFacts facts{};            ///< all that a recording of ROS says of cameras and frames
+  ChosenCamera chosen{};          ///< which of it `camera` and `base_T_cam` are
+};
+
+/// The lens of the camera that a sample names; nullptr: not known.
+[[nodiscard]] const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera);
+
+/// Chooses the camera among the facts; of several that are all known, all of them.
+void choose(RecordingSetup& setup, const CameraChoice& choice = {});
+
+/// Turns what an IMU says into the axes of the base, where the recording says how they lie.
+void turn_into_base(Sample& sample, const ChosenCamera& chosen);
 
 }  // namespace waymark

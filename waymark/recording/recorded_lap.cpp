@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {

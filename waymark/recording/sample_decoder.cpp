@@ -4,9 +4,11 @@
 #include <utility>
 
 #include "waymark/recording/cdr.hpp"
+#include "waymark/recording/mcap_reader.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/ros2_sound.hpp"
 #include "waymark/recording/ros2_tagslam_messages.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 namespace {
@@ -36,6 +38,11 @@ Result<Message> read(const Ros2Message& raw) {
           {ErrorCode::Unreadable, "a message with numbers that are none, or a rotation of no length"}, raw));
   }
   return message;
+}
+
+std::string_view type_of(const mcap::Index& index, const mcap::Channel& channel) {
+  const auto schema = index.schemas.find(channel.schema_id);
+  return schema == index.schemas.end() ? std::string_view() : schema->second.name;
 }
 
 }  // namespace
@@ -146,5 +153,35 @@ Status SampleDecoder::add(std::string_view topic, std::string_view type, std::ui
   return impl_->add({topic, type, log_time, cdr});
 }
 Status SampleDecoder::finish() { return impl_->finish(); }
+
+Result<RecordingSetup> read_setup(const ByteSource& source) {
+  const Result<mcap::Index> index = mcap::read_index(source);
+  if (!index) return tl::unexpected(index.error());
+  RecordingSetup setup{.problems = index->problems};
+  for (const auto& entry : index->metadata) {
+    const auto metadata = mcap::read_metadata(source, entry);
+    if (!metadata) return tl::unexpected(metadata.error());
+    setup.metadata[metadata->name] = metadata->metadata;
+  }
+  const mcap::Selection selection{.topics = {topics::kCameraInfo, topics::kTfStatic}};
+  Status status = mcap::visit_messages(
+      source, *index, selection, [&](const mcap::Channel& channel, const mcap::Message& message) {
+        return add_fact(setup.facts, channel.topic, type_of(*index, channel), message.data.bytes);
+      });
+  if (!status) return tl::unexpected(status.error());
+  choose(setup);
+  return setup;
+}
+
+Status visit_samples(const ByteSource& source, const std::function<Status(const Sample&)>& visit) {
+  const Result<mcap::Index> index = mcap::read_index(source);
+  if (!index) return tl::unexpected(index.error());
+  SampleDecoder decoder(visit);
+  Status status = mcap::visit_messages(
+      source, *index, {}, [&](const mcap::Channel& channel, const mcap::Message& message) {
+        return decoder.add(channel.topic, type_of(*index, channel), message.log_time, message.data.bytes);
+      });
+  return status ? decoder.finish() : status;
+}
 
 }  // namespace waymark

@@ -10,35 +10,12 @@
 #include <vector>
 
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/camera_choice.hpp"
-#include "waymark/recording/mcap_reader.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
-
-/// What a recording says about the robot before any sample.
-struct RecordingSetup {
-  std::optional<CameraModel> camera{};
-  std::optional<SE3> base_T_cam{};
-  std::vector<MountedCamera> more_cameras{};  ///< beside that one, where all cameras are used
-  std::map<std::string, std::map<std::string, std::string>> metadata{};  ///< by name
-  std::vector<Error> problems{};  ///< damage in the file; what could be read is read
-  CameraFacts facts{};            ///< all that a recording of ROS says of cameras and frames
-  ChosenCamera chosen{};          ///< which of it `camera` and `base_T_cam` are
-};
-
-/// The lens of the camera that a sample names; nullptr: not known.
-[[nodiscard]] const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera);
-
-/// Chooses the camera among the facts; of several that are all known, all of them.
-void choose(RecordingSetup& setup, const CameraChoice& choice = {});
-
-/// Turns what an IMU says into the axes of the base, where the recording says how they lie.
-void turn_into_base(Sample& sample, const ChosenCamera& chosen);
-
-/// The camera, its place on the robot, and the metadata.
-[[nodiscard]] Result<RecordingSetup> read_setup(const ByteSource& source);
 
 /// Turns ROS 2 messages into samples, one after another, whatever file they come from.
 class SampleDecoder {
@@ -60,6 +37,9 @@ class SampleDecoder {
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// The camera of an MCAP file, its place on the robot, and the metadata.
+[[nodiscard]] Result<RecordingSetup> read_setup(const ByteSource& source);
 
 /// Calls visit for every sample of the topics we know, in order of log time. Fails on a message that does not
 /// decode.

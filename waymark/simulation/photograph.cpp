@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/simulation/backdrop.hpp"
 #include "waymark/simulation/point_spread.hpp"
 #include "waymark/simulation/scene_light.hpp"

@@ -2,14 +2,85 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/output_files.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/media/video_format.hpp"
 
 namespace waymark {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+/// The slower of the motions to the picture before and after would hide a start or a stop: the faster counts.
+std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
+  std::vector<double> speeds(pictures.size(), 0);
+  for (std::size_t i = 1; i < pictures.size(); ++i) {
+    const double dt_s = std::max(to_seconds(pictures[i].stamp - pictures[i - 1].stamp), 1e-6);
+    const double apart = apart_px(pictures[i - 1].marks, pictures[i].marks);
+    const double speed = std::isfinite(apart) ? apart / dt_s : kFar;
+    speeds[i] = std::max(speeds[i], speed);
+    speeds[i - 1] = std::max(speeds[i - 1], speed);
+  }
+  return speeds;
+}
+
+/// Of those that are chosen, the one nearest to another goes, until few enough are left.
+void thin_out(std::vector<std::size_t>& chosen, const std::vector<StampedMarks>& pictures, std::size_t most) {
+  while (chosen.size() > most) {
+    std::size_t superfluous = 0;
+    double nearest = kFar;
+    for (std::size_t i = 1; i < chosen.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        const double apart = apart_px(pictures[chosen[i]].marks, pictures[chosen[j]].marks);
+        if (apart >= nearest) continue;
+        nearest = apart;
+        superfluous = i;
+      }
+    }
+    chosen.erase(chosen.begin() +
+                 static_cast<std::ptrdiff_t>(superfluous == 0 ? chosen.size() - 1 : superfluous));
+  }
+}
+
+std::size_t points_of(const TargetPicture& marks) {
+  std::size_t points = 0;
+  for (const TargetMark& mark : marks) points += mark.seen_px.size();
+  return points;
+}
+
+}  // namespace
+
+std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures, double diagonal_px,
+                                      const VideoViewOptions& options) {
+  const std::vector<double> speeds = speeds_px_s(pictures);
+  const std::size_t fewest = 4 * static_cast<std::size_t>(options.fewest_tags);
+  std::vector<std::size_t> by_speed;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (points_of(pictures[i].marks) >= fewest && speeds[i] <= options.fastest_px_s) by_speed.push_back(i);
+  }
+  std::ranges::stable_sort(by_speed, {}, [&](std::size_t i) { return speeds[i]; });
+  std::vector<std::size_t> chosen;
+  for (const std::size_t i : by_speed) {
+    const bool is_new = std::ranges::all_of(chosen, [&](std::size_t c) {
+      return apart_px(pictures[c].marks, pictures[i].marks) > options.new_view_share * diagonal_px;
+    });
+    if (is_new) chosen.push_back(i);
+  }
+  std::ranges::sort(chosen);
+  thin_out(chosen, pictures, static_cast<std::size_t>(options.most_views));
+  return chosen;
+}
+
 namespace {
 
 /// A picture and what it shows of the target.
@@ -183,6 +254,234 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                                .pictures = std::move(seen->names),
                                .marks = std::move(seen->marks),
                                .marks_word = target.marks_word()};
+}
+
+namespace {
+
+/// PhotonVision writes JSON, the others YAML; whose YAML it is, the ending does not tell.
+std::string format_of(const CalibrateCameraJob& job) {
+  if (!job.format.empty()) return job.format;
+  return job.output.ends_with(".json") ? "photonvision" : "waymark";
+}
+
+CameraObservation observation_of(const CalibrateCameraReport& report, std::size_t picture) {
+  const CalibratedView& view = report.found.views[picture];
+  const SE3 cam_T_target = view.target_T_cam.inverse();
+  CameraObservation seen{.picture = report.pictures[picture], .cam_T_target = cam_T_target};
+  for (std::size_t i = 0; i < view.used.size(); ++i) {
+    const TargetMark& mark = report.marks[picture][i];
+    for (std::size_t k = 0; k < mark.seen_px.size(); ++k) {
+      const auto px = report.found.camera.project(cam_T_target * mark.target_points_m[k]);
+      seen.target_points_m.push_back(mark.target_points_m[k]);
+      seen.seen_px.push_back(mark.seen_px[k]);
+      seen.errors_px.emplace_back(px ? Eigen::Vector2d(*px - mark.seen_px[k])
+                                     : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
+      seen.used.push_back(view.used[i]);
+    }
+  }
+  return seen;
+}
+
+Result<std::string> text_as(const std::string& format, const NamedCamera& camera,
+                            const CalibrateCameraReport& report) {
+  if (format == "ros") return to_camera_info_yaml(camera);
+  if (format == "kalibr") return to_camchain_yaml({camera});
+  if (format == "opencv") return to_opencv_yaml(camera);
+  std::vector<CameraObservation> observations;
+  for (std::size_t i = 0; i < report.pictures.size(); ++i)
+    if (!report.found.views[i].used.empty()) observations.push_back(observation_of(report, i));
+  return to_photonvision_json(camera, observations);
+}
+
+Status write_as(const std::string& format, const std::string& path, const NamedCamera& camera,
+                const CalibrateCameraReport& report) {
+  const auto text = text_as(format, camera, report);
+  return text ? write_text_file(path, *text) : Status(tl::unexpected(text.error()));
+}
+
+Status write_ours(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
+  Calibration calibration = to_calibration(report.found);
+  calibration.provenance.insert(calibration.provenance.begin(),
+                                {"pictures", fmt::format("{}", report.pictures.size())});
+  return write_calibration(job.output, calibration);
+}
+
+/// Whether the output can hold the lens: tried on a camera with it.
+Status check_format_holds(const CalibrateCameraJob& job, LensModel lens) {
+  if (job.output.empty() || format_of(job) == "waymark") return {};
+  constexpr int kSide_px = 100;
+  Eigen::VectorXd parameters = Eigen::VectorXd::Zero(std::ssize(parameter_names(lens)));
+  parameters.head<4>().setConstant(kSide_px);
+  const auto camera = camera_of(lens, parameters, kSide_px, kSide_px);
+  if (!camera) return tl::unexpected(camera.error());
+  const auto text =
+      text_as(format_of(job), {.name = "cam0", .camera = *camera}, {.found = {.camera = *camera}});
+  if (text) return {};
+  return fail(ErrorCode::InvalidArgument, text.error().message, {.key = "--lens"}, text.error().hint);
+}
+
+/// The ending of the output must not promise another format.
+Status check_ending(const CalibrateCameraJob& job) {
+  const std::filesystem::path output(job.output);
+  if (job.output.empty() || is_device(job.output)) return {};
+  const std::string ending = output.extension().string();
+  const bool yaml = ending == ".yaml" || ending == ".yml";
+  const bool json = ending == ".json" && (job.format.empty() || job.format == "photonvision");
+  if (json || (yaml && job.format != "photonvision")) return {};
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("{} is no name for a calibration{}", job.output,
+                          job.format.empty() ? "" : " of the format " + job.format),
+              {.key = "--output"}, "End it in .yaml, or in .json for PhotonVision.");
+}
+
+}  // namespace
+
+const std::vector<std::string>& calibration_formats() {
+  static const std::vector<std::string> all = {"waymark", "ros", "kalibr", "photonvision", "opencv"};
+  return all;
+}
+
+Status check_outputs(const CalibrateCameraJob& job) {
+  if (const Status fits = check_ending(job); !fits) return fits;
+  if (const Status free =
+          job.output.empty() || format_of(job) != "waymark" ? Status() : check_calibration_place(job.output);
+      !free)
+    return free;
+  for (const std::string& output : {job.output, job.camera_info}) {
+    if (const Status writable = output.empty() ? Status() : check_new_file(output, job.force); !writable)
+      return writable;
+  }
+  const auto lens = lens_model(job.lens);
+  return lens ? check_format_holds(job, *lens) : Status();
+}
+
+CameraCalibrationOptions fit_options(const CalibrateCameraJob& job) {
+  CameraCalibrationOptions options = job.options;
+  for (const LensModel lens : lens_models())
+    if (check_format_holds(job, lens)) options.lenses.push_back(lens);
+  return options;
+}
+
+std::string words_of_untried_lenses(const CalibrateCameraJob& job) {
+  std::vector<std::string_view> untried;
+  if (lens_model(job.lens)) return {};
+  for (const LensModel lens : lens_models())
+    if (!check_format_holds(job, lens)) untried.push_back(to_string(lens));
+  if (untried.empty()) return {};
+  return fmt::format("not tried, because the format {} does not hold it: --lens {}", format_of(job),
+                     fmt::join(untried, ", "));
+}
+
+Status write_camera_calibration(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
+  const NamedCamera camera{.name = "cam0", .camera = report.found.camera};
+  if (!job.output.empty()) {
+    const std::string format = format_of(job);
+    if (Status written =
+            format == "waymark" ? write_ours(job, report) : write_as(format, job.output, camera, report);
+        !written)
+      return written;
+  }
+  if (job.camera_info.empty()) return {};
+  return write_text_file(job.camera_info,
+                         to_camera_info_yaml({.name = "cam", .camera = report.found.camera}));
+}
+
+double sigma_of(const CameraCalibration& found, std::size_t parameter) {
+  const auto k = static_cast<Eigen::Index>(parameter);
+  return std::sqrt(std::max(0.0, found.covariance(k, k)));
+}
+
+nlohmann::ordered_json to_json(const CalibrateCameraReport& report) {
+  const CameraCalibration& found = report.found;
+  nlohmann::ordered_json json = {{"lens", to_string(found.lens)},
+                                 {"width_px", found.camera.width_px()},
+                                 {"height_px", found.camera.height_px()},
+                                 {"rms_px", found.rms_px},
+                                 {"held_out_rms_px", found.held_out_rms_px},
+                                 {"noise_scale", found.noise_scale}};
+  for (std::size_t i = 0; i < found.names.size(); ++i)
+    json["parameters"][found.names[i]] = {{"value", found.parameters[static_cast<Eigen::Index>(i)]},
+                                          {"sigma", sigma_of(found, i)}};
+  json["lenses"] = nlohmann::ordered_json::array();
+  for (const LensTrial& trial : found.trials)
+    json["lenses"].push_back(
+        {{"lens", to_string(trial.lens)},
+         {"held_out_rms_px", trial.held_out_rms_px ? nlohmann::ordered_json(*trial.held_out_rms_px)
+                                                   : nlohmann::ordered_json(nullptr)}});
+  json["pictures"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < found.views.size(); ++i) {
+    const CalibratedView& view = found.views[i];
+    json["pictures"].push_back({{"picture", report.pictures[i]},
+                                {report.marks_word, view.marks},
+                                {"rejected", view.rejected},
+                                {"rms_px", view.rms_px},
+                                {"tilt_deg", view.tilt_deg},
+                                {"distance_m", view.distance_m}});
+  }
+  json["regions"] = nlohmann::ordered_json::array();
+  for (const ImageRegion& region : found.regions)
+    json["regions"].push_back({{"corners", region.corners}, {"rms_px", region.rms_px}});
+  json["advice"] = found.advice;
+  return json;
+}
+
+namespace {
+
+std::string lenses_text(const CameraCalibration& found) {
+  std::string text = "lens         pictures left out, RMS px\n";
+  for (const LensTrial& trial : found.trials)
+    text += fmt::format("{:<12} {}{}\n", to_string(trial.lens),
+                        trial.held_out_rms_px ? fmt::format("{:.4f}", *trial.held_out_rms_px) : "no fit",
+                        trial.lens == found.lens ? "   <- chosen" : "");
+  return text;
+}
+
+std::string views_text(const CalibrateCameraReport& report) {
+  const CameraCalibration& found = report.found;
+  const std::vector<std::string>& pictures = report.pictures;
+  std::string text = fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  picture\n", report.marks_word, "left out",
+                                 "RMS px", "tilt deg", "distance m");
+  for (std::size_t i = 0; i < found.views.size(); ++i) {
+    const CalibratedView& view = found.views[i];
+    if (view.marks == 0) {
+      text += fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  {}\n", 0, view.rejected, "-", "-", "-", pictures[i]);
+    } else {
+      text += fmt::format("{:>7}{:>9}{:>10.4f}{:>10.1f}{:>12.3f}  {}\n", view.marks, view.rejected,
+                          view.rms_px, view.tilt_deg, view.distance_m, pictures[i]);
+    }
+  }
+  return text;
+}
+
+std::string regions_text(const CameraCalibration& found) {
+  std::string text = "by part of the image: RMS px (corners)\n";
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      const ImageRegion& region = found.regions[3 * row + column];
+      text += fmt::format(
+          "{:>18}", region.corners == 0 ? "-" : fmt::format("{:.4f} ({})", region.rms_px, region.corners));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string to_text(const CalibrateCameraReport& report) {
+  const CameraCalibration& found = report.found;
+  std::string text;
+  for (std::size_t i = 0; i < found.names.size(); ++i)
+    text += fmt::format("{:<8}{:>14.6g} +- {:.2g}\n", found.names[i],
+                        found.parameters[static_cast<Eigen::Index>(i)], sigma_of(found, i));
+  text += fmt::format(
+      "corners off by {:.4f} px RMS, {:.4f} px in pictures left out; {:.2f} times the noise they "
+      "promised\n\n",
+      found.rms_px, found.held_out_rms_px, found.noise_scale);
+  if (found.trials.size() > 1) text += lenses_text(found) + "\n";
+  text += views_text(report) + "\n" + regions_text(found);
+  for (const std::string& words : found.advice) text += "\n" + words + "\n";
+  return text;
 }
 
 }  // namespace waymark

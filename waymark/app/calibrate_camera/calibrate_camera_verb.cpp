@@ -2,7 +2,7 @@
 
 #include <CLI/App.hpp>
 
-#include "waymark/app/calibrate_camera/calibrate_camera_text.hpp"
+#include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 #include "waymark/app/calibrate_camera/calibrate_guided.hpp"
 #include "waymark/app/cli/detector_flags.hpp"
 #include "waymark/app/cli/job_flags.hpp"

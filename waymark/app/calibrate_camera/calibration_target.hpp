@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "waymark/app/common/flag_refusals.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 #include "waymark/media/board_finder.hpp"
 #include "waymark/tags/tag_finder.hpp"

@@ -1,9 +1,20 @@
 // What a guided calibration says of itself: on the terminal, and to the page.
+// A board held before a camera: which pictures are taken, what is asked for, and what is kept for the next
+// time.
 #include "waymark/app/calibrate_camera/guided_calibration.hpp"
+
+#include <cmath>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/app/calibrate_camera/calibrate_camera.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/simulation/photograph.hpp"
 
 namespace waymark {
 namespace {
@@ -63,6 +74,143 @@ TEST(GuidedCalibration, JsonHasNoFiguresBeforeTheFirstFit) {
   const auto json = to_json(GuideStatus(), GuideOptions());
   EXPECT_FALSE(json.contains("focal_sigma_share"));
   EXPECT_FALSE(json.contains("held_out_rms_px"));
+}
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// A camera, a board of tags before it, and the calibration of the one by the other.
+struct Guide {
+  CalibrateCameraJob job{.target = {.columns = 5, .rows = 4, .tag_size_m = 0.04}, .lens = "none"};
+  CalibrationTarget target = CalibrationTarget::make(job.target).value();
+  TagFinder finder = std::move(make_tag_finder().value());
+  GuideOptions options{};
+  CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
+  Random random{20261125};
+  int pictures = 0;
+
+  /// The board as it is held at a stop.
+  Image picture_at(double stop, double aside_m = 0) {
+    const SO3 tilt = SO3::exp({to_radians(30) * std::cos(2.0 * stop), to_radians(30) * std::sin(2.0 * stop),
+                               0.15 * std::sin(stop)});
+    const SE3 cam_T_board(
+        tilt, {aside_m + 0.05 * std::sin(1.7 * stop), 0.04 * std::cos(2.3 * stop), 0.42 + 0.02 * stop});
+    PhotographScene scene;
+    for (const auto& [id, tag] : target.tags().tags)
+      scene.tags.push_back(
+          {.tag = id, .cam_T_tag = cam_T_board * tag.map_T_tag, .size_m = tag.size_m, .margin_cells = 0.5});
+    return photograph(camera, scene, {}, random).value().image;
+  }
+  SensorTime next() { return SensorTime(std::chrono::milliseconds(33 * pictures++)); }
+  /// Shows a picture so long that it stands still; whether it was taken.
+  bool hold(GuidedCalibration& guided, const Image& image) {
+    bool taken = false;
+    for (int i = 0; i < 3; ++i) {
+      const auto now = guided.take(next(), image.view());
+      EXPECT_TRUE(now) << to_string(now.error());
+      taken = taken || (now && *now);
+    }
+    return taken;
+  }
+};
+
+TEST(GuidedViews, TakesEachNewViewOnceKeepsItAndResumesFromTheFolder) {
+  Guide guide;
+  const fs::path folder = testing::fresh_folder("jobs_guided") / "views";
+  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, folder.string());
+  EXPECT_THAT(guided.status().missing, Not(IsEmpty())) << "before anything was seen";
+  for (int stop = 0; stop < 4; ++stop) {
+    const Image picture = guide.picture_at(stop);
+    EXPECT_TRUE(guide.hold(guided, picture)) << stop;
+    EXPECT_FALSE(*guided.take(guide.next(), picture.view())) << "it is there";
+    EXPECT_EQ(guided.status().picture, CaptureVerdict::Known);
+    EXPECT_EQ(guided.status().coverage.views, static_cast<std::size_t>(stop + 1));
+    EXPECT_EQ(guided.status().held_out_rms_px.has_value(), stop == 3) << "four views make a fit";
+  }
+  EXPECT_EQ(guided.marks().size(), 20U);
+  EXPECT_EQ(test::names_in(folder).size(), 4U);
+  EXPECT_THAT(test::names_in(folder), ::testing::Contains("view-001.png"));
+  const auto found = guided.finish();
+  ASSERT_TRUE(found) << to_string(found.error());
+  EXPECT_NEAR(found->found.parameters[0], 512, 5);
+  EXPECT_EQ(found->marks_word, "tags");
+  EXPECT_THAT(to_text(*found), HasSubstr("fx_px"));
+
+  std::ofstream(folder / "broken.png") << "no picture";
+  std::vector<std::string> notes;
+  JobControl control;
+  control.note = [&](const std::string& words) { notes.push_back(words); };
+  GuidedCalibration again(guide.job, guide.target, guide.finder, guide.options, folder.string());
+  const auto resumed = again.resume(control);
+  ASSERT_TRUE(resumed) << to_string(resumed.error());
+  EXPECT_EQ(*resumed, 4U);
+  EXPECT_EQ(notes.size(), 1U) << "the broken one is named and passed over";
+  EXPECT_NEAR(*again.status().focal_share, *guided.status().focal_share, 0.1 * *guided.status().focal_share);
+  EXPECT_FALSE(guide.hold(again, guide.picture_at(2))) << "that view is there";
+  EXPECT_TRUE(guide.hold(again, guide.picture_at(0, 0.11)));
+  EXPECT_TRUE(fs::exists(folder / "view-005.png")) << "no file is written over";
+}
+
+TEST(GuidedViews, PicturesOfAnotherSizeAreRefused) {
+  Guide guide;
+  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, "");
+  ASSERT_TRUE(guide.hold(guided, guide.picture_at(0)));
+  guide.camera =
+      CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 300, .cy = 236}, 600, 480).value();
+  const Image other = guide.picture_at(3);
+  Result<bool> last = false;
+  for (int i = 0; i < 3 && last; ++i) last = guided.take(guide.next(), other.view());
+  ASSERT_FALSE(last);
+  EXPECT_EQ(last.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(to_string(last.error()), AllOf(HasSubstr("600 x 480 pixels"), HasSubstr("640 x 480")));
+}
+
+TEST(GuidedViews, EndsWithSoManyViewsInAnyCase) {
+  Guide guide;
+  guide.options.views_at_most = 2;
+  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, "");
+  ASSERT_TRUE(guide.hold(guided, guide.picture_at(0)));
+  EXPECT_FALSE(guided.status().good_enough);
+  ASSERT_TRUE(guide.hold(guided, guide.picture_at(1)));
+  EXPECT_TRUE(guided.status().good_enough);
+  EXPECT_THAT(to_text(guided.status()), HasSubstr("good enough"));
+  EXPECT_FALSE(guided.finish()) << "two views tell no camera";
+}
+
+TEST(GuidedViews, WhereThereIsNoTargetItSaysSoAfterSeconds) {
+  Guide guide;
+  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, "");
+  const Image wall(640, 480, 128);
+  for (const int ms : {0, 1000, 2900}) {
+    ASSERT_TRUE(guided.take(SensorTime(std::chrono::milliseconds(ms)), wall.view()));
+    EXPECT_THAT(guided.status().absence, IsEmpty()) << ms;
+  }
+  ASSERT_TRUE(guided.take(SensorTime(std::chrono::milliseconds(3100)), wall.view()));
+  EXPECT_THAT(guided.status().absence, Not(IsEmpty()));
+  EXPECT_THAT(to_text(guided.status()), HasSubstr(guided.status().absence));
+  const auto none = guided.finish();
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, ErrorCode::NotFound);
+  EXPECT_EQ(none.error().hint, guided.status().absence);
+}
+
+TEST(GuidedViews, AFolderThatCannotBeMadeIsAnError) {
+  Guide guide;
+  const fs::path file = testing::fresh_folder("jobs_guided_file") / "file";
+  std::ofstream(file) << "a file";
+  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, (file / "views").string());
+  const Image picture = guide.picture_at(0);
+  Result<bool> last = false;
+  for (int i = 0; i < 3 && last; ++i) last = guided.take(guide.next(), picture.view());
+  ASSERT_FALSE(last);
+  EXPECT_EQ(last.error().code, ErrorCode::Unwritable);
+  EXPECT_EQ(last.error().place.source, (file / "views").string());
+  EXPECT_EQ(*GuidedCalibration(guide.job, guide.target, guide.finder, guide.options, "/nowhere").resume({}),
+            0U);
 }
 
 }  // namespace

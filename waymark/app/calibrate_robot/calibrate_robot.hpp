@@ -8,9 +8,23 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/localize/localize_log.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/localization/innovation_calibration.hpp"
 #include "waymark/mapping/lap/lap_calibration.hpp"
+
+/// `waymark calibrate robot` by bundle adjustment of a lap.
+namespace waymark {
+
+/// Whether the recording holds what it takes, corners of tags and odometry, and the map of the job, if it
+/// names one, is a map of ours.
+[[nodiscard]] bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control);
+
+/// Reads the recording of the job (logs, robot, calibration, tag_size_m, and the map as far as it is known)
+/// between two times after its first frame, and finds map and calibration together.
+[[nodiscard]] Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s,
+                                                            double to_s, const JobControl& control);
+
+}  // namespace waymark
 
 /// `waymark calibrate robot`: where the camera sits, scales, gains and latency from a drive past tags.
 namespace waymark {
@@ -83,5 +97,8 @@ struct CalibrateRobotReport {
 [[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                                           const CalibrateRobotReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const CalibrateRobotReport& report);
+
+/// A line a number: its value and standard deviation, or what to drive to tell it.
+[[nodiscard]] std::string to_text(const CalibrateRobotReport& report);
 
 }  // namespace waymark

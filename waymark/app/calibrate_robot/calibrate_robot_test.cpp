@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/calibrate_robot/calibrate_lap.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/samples/camera_body.hpp"

@@ -1,4 +1,4 @@
-#include "waymark/app/calibrate_robot/calibrate_robot_text.hpp"
+#include "waymark/app/calibrate_robot/calibrate_robot.hpp"
 #include "waymark/app/cli/file_names.hpp"
 #include "waymark/app/cli/job_flags.hpp"
 #include "waymark/app/cli/parts.hpp"

@@ -5,7 +5,7 @@
 
 #include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/verb.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 
 /// The flags of a job, made from its fields().
 namespace waymark::cli {

@@ -15,7 +15,7 @@
 
 #include "waymark/app/cli/settings.hpp"
 #include "waymark/app/common/flag_refusals.hpp"
-#include "waymark/base/field_leaves.hpp"
+#include "waymark/base/fields.hpp"
 
 namespace waymark::cli {
 

@@ -15,7 +15,7 @@
 
 #include "waymark/app/cli/build_details.hpp"
 #include "waymark/app/cli/help_text.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 #ifndef WAYMARK_VERSION
 #define WAYMARK_VERSION "unknown"

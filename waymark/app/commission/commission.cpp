@@ -12,7 +12,7 @@
 
 #include "waymark/app/commission/first_drive.hpp"
 #include "waymark/app/commission/typed_line.hpp"
-#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/app/common/output_files.hpp"
 
 namespace waymark {
 namespace {

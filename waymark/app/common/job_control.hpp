@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -8,6 +9,19 @@
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {
+
+/// How long a job took, by the steady clock.
+class Stopwatch {
+ public:
+  Stopwatch();
+  [[nodiscard]] double seconds() const;
+
+ private:
+  std::int64_t start_ns_;
+};
+
+/// The most memory this process ever held [MiB].
+[[nodiscard]] double peak_rss_mib();
 
 /// How far a job is, in words ("finding tags: 12.3 s"), and by counting where that is known.
 struct JobProgress {

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/app/common/stopwatch.hpp"
 #include "waymark/app/tags/tag_prints.hpp"
 
 namespace waymark {

@@ -8,6 +8,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/recorded_lap.hpp"
+#include "waymark/recording/sample_reader.hpp"
 #include "waymark/simulation/world.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
@@ -68,5 +69,16 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 [[nodiscard]] Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths,
                                                  const JobControl& control, const TagFinder* finder,
                                                  const CameraChoice& choice);
+
+struct RobotDescription;
+
+/// Where a robot's file and a recording say different things of the camera and where it sits, in words.
+[[nodiscard]] std::vector<std::string> disagreements(const RobotDescription& robot,
+                                                     const RecordingSetup& setup);
+
+/// The camera and its mounting as the robot's file (or its name) says; where the recording says otherwise, a
+/// sentence is added to `warnings`. Nothing happens without a file.
+[[nodiscard]] Status take_robot(const std::string& robot, RecordingSetup& setup,
+                                std::vector<std::string>& warnings);
 
 }  // namespace waymark

@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/recording/log_formats.hpp"
 
 namespace waymark {

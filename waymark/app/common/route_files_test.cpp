@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/common/figure_files.hpp"
-#include "waymark/app/common/stopwatch.hpp"
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/recording/compression.hpp"
 #include "waymark/recording/log_formats.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/estimate_message.hpp"
-#include "waymark/app/evaluate/trajectory_doubts.hpp"
+#include "waymark/app/evaluate/evaluate_trajectory.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/geometry/planar.hpp"
 

@@ -13,8 +13,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/robot_setup.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/app/common/lap_input.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/recording/log_formats.hpp"
 
 namespace waymark {

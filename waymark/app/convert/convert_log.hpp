@@ -7,7 +7,7 @@
 
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/recording/export_log.hpp"
 
 /// `waymark convert`: a recording of any format as MCAP, a bag of rosbag2, TUM or CSV.

@@ -8,7 +8,7 @@
 #include "waymark/app/cli/detector_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/cli/pose_flags.hpp"
-#include "waymark/app/common/convert_video.hpp"
+#include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/convert/convert_log.hpp"
 #include "waymark/app/convert/record_camera.hpp"
 #include "waymark/app/live/camera_address.hpp"

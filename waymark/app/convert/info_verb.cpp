@@ -1,5 +1,5 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/convert/info_text.hpp"
+#include "waymark/app/convert/recording_info.hpp"
 
 namespace waymark::cli {
 namespace {

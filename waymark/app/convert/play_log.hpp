@@ -5,11 +5,25 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
-#include "waymark/base/job_field.hpp"
-#include "waymark/recording/message_log.hpp"
+#include <nlohmann/json_fwd.hpp>
 
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+/// Samples as a person or a program reads them, one a line.
 namespace waymark {
+
+/// "odometry", "tags", …: the kinds of `waymark info`.
+[[nodiscard]] const char* kind_of(const Sample& sample);
+
+/// "  12.340  odometry   x 1.200 m, y …"; seconds since `start`.
+[[nodiscard]] std::string to_text(const Sample& sample, SensorTime start);
+
+/// {"kind": …, "stamp_ns": …, …}; keys carry units. Pictures by their size, not their pixels; what is not a
+/// number is null.
+[[nodiscard]] nlohmann::ordered_json to_json(const Sample& sample);
 
 /// A part of a recording.
 struct LogPart {

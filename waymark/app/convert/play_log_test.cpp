@@ -2,15 +2,122 @@
 #include "waymark/app/convert/play_log.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
+#include "waymark/app/common/json_line.hpp"
+#include "waymark/geometry/planar.hpp"
 
 namespace waymark {
 namespace {
+
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+SensorTime second(double s) { return SensorTime(Duration(std::llround(s * 1e9))); }
+
+/// One sample of every kind.
+std::vector<Sample> all_kinds() {
+  TagFrame tags{.stamp = second(12), .camera = "left", .detections = std::vector<TagDetection>(2)};
+  tags.detections[0].tag = {FamilyId::Tag36h11, 7};
+  tags.detections[0].corners_px = {Eigen::Vector2d(1, 2), {3, 4}, {5, 6}, {7, 8}};
+  tags.detections[1].tag = {FamilyId::Tag25h9, 1};
+  return {tags,
+          Odometry{second(12), SE2(1, -2, M_PI / 2), 0.25, -0.5},
+          WheelTicks{second(12), 1.5, 2.5},
+          ImuSample{second(12), {0.1, 0.2, 0.3}, {0, 0, 9.8}},
+          StampedCommand{second(12), {0.3, 0.4}},
+          TruthPose{second(12), lift(SE2(3, 4, 0))},
+          CameraFrame{.stamp = second(12), .image = Image(64, 48)},
+          TagPoseFrame{second(12), "cam", {{{FamilyId::Tag36h11, 5}, SE3(SO3(), {0, 3, 4})}}},
+          RangeBearing{second(12), 9, 2.5, M_PI / 6},
+          LaserScan{.stamp = second(12),
+                    .angle_min_rad = -1,
+                    .angle_increment_rad = 1,
+                    .range_min_m = 0.1,
+                    .range_max_m = 5,
+                    .ranges_m = {1, std::numeric_limits<float>::infinity(), 9}},
+          GamepadState{second(12), {0.5F, -1}, {0, 1}}};
+}
+
+TEST(SampleWords, EveryKindHasANameOfItsOwnALineAndAnObject) {
+  std::set<std::string> kinds;
+  for (const Sample& sample : all_kinds()) {
+    kinds.insert(kind_of(sample));
+    const std::string text = to_text(sample, second(2));
+    EXPECT_THAT(text, HasSubstr("10.000"));
+    EXPECT_THAT(text, HasSubstr(kind_of(sample)));
+    EXPECT_EQ(std::ranges::count(text, '\n'), 1) << text;
+    const Json json = to_json(sample);
+    EXPECT_EQ(json["kind"], kind_of(sample));
+    EXPECT_EQ(json["stamp_ns"], 12'000'000'000);
+    EXPECT_EQ(Json::parse(json_line(json)), json) << "a line is read back as it was";
+  }
+  EXPECT_EQ(kinds.size(), std::variant_size_v<Sample>);
+}
+
+TEST(SampleWords, NumbersCarryTheirUnits) {
+  const auto text = [](std::size_t kind) { return to_text(all_kinds()[kind], second(0)); };
+  EXPECT_THAT(text(0), HasSubstr("tag36h11:7 tag25h9:1"));
+  EXPECT_THAT(text(1), HasSubstr("x 1.000 m, y -2.000 m, yaw 90.00 deg, 0.250 m/s, -0.500 rad/s"));
+  EXPECT_THAT(text(6), HasSubstr("64 x 48 px"));
+  EXPECT_THAT(text(7), HasSubstr("tag36h11:5 at 5.000 m"));
+  EXPECT_THAT(text(8), HasSubstr("landmark 9: 2.500 m, 30.00 deg"));
+  EXPECT_THAT(text(9), HasSubstr("3 rays, 1 echoes")) << "beyond the range is no echo";
+  EXPECT_THAT(to_text(TagFrame{}, second(0)), HasSubstr("none"));
+  EXPECT_THAT(to_text(TagPoseFrame{}, second(0)), HasSubstr("none"));
+}
+
+TEST(SampleWords, TheObjectHoldsWhatTheSampleDoes) {
+  const auto json = [](std::size_t kind) { return to_json(all_kinds()[kind]); };
+  EXPECT_EQ(json(0)["camera"], "left");
+  EXPECT_EQ(json(0)["detections"][0]["corners_px"], Json::parse("[[1.0,2.0],[3.0,4.0],[5.0,6.0],[7.0,8.0]]"));
+  EXPECT_NEAR(json(1)["odom_T_base"]["yaw_rad"].get<double>(), M_PI / 2, 1e-12);
+  EXPECT_EQ(json(3)["linear_acceleration_m_s2"], Json::parse("[0.0,0.0,9.8]"));
+  EXPECT_EQ(json(5)["map_T_base"]["translation_m"], Json::parse("[3.0,4.0,0.0]"));
+  EXPECT_EQ(json(5)["map_T_base"]["quaternion_xyzw"][3], 1.0);
+  EXPECT_FALSE(json(6).contains("pixels"));
+  EXPECT_EQ(json(9)["ranges_m"], Json::parse("[1.0,null,9.0]")) << "JSON has no infinity";
+  EXPECT_EQ(json(10)["buttons"], Json::parse("[0,1]"));
+}
+
+TEST(SampleWords, WhatIsNoNumberIsNull) {
+  const Json odometry = to_json(Odometry{second(1), SE2(kNan, 0, 0), kNan, 0});
+  EXPECT_TRUE(odometry["odom_T_base"]["x_m"].is_null());
+  EXPECT_TRUE(odometry["speed_m_s"].is_null());
+  EXPECT_EQ(odometry["yaw_rate_rad_s"], 0.0);
+  const Json range = to_json(RangeBearing{second(1), 1, std::numeric_limits<double>::infinity(), 0});
+  EXPECT_TRUE(range["range_m"].is_null());
+}
+
+TEST(JsonLine, AnErrorHasWhatIsKnownOfItsPlace) {
+  const Json bare = to_json(Error{ErrorCode::NotFound, "nothing there", {}, {}});
+  EXPECT_EQ(bare["message"], "nothing there");
+  for (const char* key : {"source", "line", "byte", "key", "hint"}) EXPECT_FALSE(bare.contains(key)) << key;
+  const Json full = to_json(Error{ErrorCode::Unreadable,
+                                  "no number",
+                                  {.source = "a.yaml", .line = 3, .byte = 40, .key = "x"},
+                                  "Write one."});
+  EXPECT_EQ(full["source"], "a.yaml");
+  EXPECT_EQ(full["line"], 3);
+  EXPECT_EQ(full["byte"], 40);
+  EXPECT_EQ(full["key"], "x");
+  EXPECT_EQ(full["hint"], "Write one.");
+}
+
+TEST(JsonLine, BytesThatAreNoTextDoNotBreakTheLine) {
+  const std::string line = json_line({{"file", "lap\xFF\n.mcap"}});
+  EXPECT_EQ(std::ranges::count(line, '\n'), 1);
+  EXPECT_EQ(Json::parse(line)["file"], "lap\xEF\xBF\xBD\n.mcap");
+}
 
 using ::testing::HasSubstr;
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/live/camera_address.hpp"
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 

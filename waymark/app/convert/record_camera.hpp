@@ -4,7 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "waymark/app/common/convert_video.hpp"
+#include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/live/camera_watch.hpp"
 
 namespace waymark {

@@ -1,9 +1,17 @@
 #include "waymark/app/convert/recording_info.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <vector>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+
+#include "waymark/app/common/shell_word.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {
@@ -114,6 +122,190 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
           {"problems", problems},
           {"traps", traps},
           {"next", next}};
+}
+
+namespace {
+
+/// What a map of the tags needs and the recording does not say, as flags or words.
+struct MapNeeds {
+  std::vector<std::string> flags{};    ///< can be given
+  std::vector<std::string> missing{};  ///< cannot
+};
+
+/// Whether the recording itself names it: "anchor", "tag_size_m".
+bool says(const RecordingInfo& info, const char* key) {
+  const auto block = info.setup.metadata.find("waymark");
+  return block != info.setup.metadata.end() && block->second.contains(key);
+}
+
+MapNeeds map_needs(const RecordingInfo& info) {
+  MapNeeds needs;
+  if (!says(info, "anchor")) needs.flags.emplace_back("--anchor tag36h11:0");
+  if (!says(info, "tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
+  if (!info.setup.camera || !info.setup.base_T_cam) needs.flags.emplace_back("--robot robot.yaml");
+  if (info.setup.chosen.ambiguous) needs.flags.emplace_back("--camera-topic TOPIC");
+  if (!info.setup.camera) needs.missing.emplace_back("a calibration of its camera (sensor_msgs/CameraInfo)");
+  if (!info.setup.base_T_cam)
+    needs.missing.emplace_back(
+        "where the camera sits (/tf_static, from the base to the camera's optical frame)");
+  return needs;
+}
+
+NextStep map_step(const RecordingInfo& info) {
+  const MapNeeds needs = map_needs(info);
+  const bool detects = !info.contents.contains("tags");
+  if (!needs.missing.empty()) {
+    return {fmt::format("Make a map of the tags: the robot's file says what the recording lacks, {}.",
+                        fmt::join(needs.missing, " and ")),
+            fmt::format("waymark map {} {} -o map", shell_word(info.file), fmt::join(needs.flags, " "))};
+  }
+  return {detects ? "Find the tags in its pictures and make a map of them." : "Make a map of the tags.",
+          fmt::format("waymark map {}{}{} -o map", shell_word(info.file), needs.flags.empty() ? "" : " ",
+                      fmt::join(needs.flags, " "))};
+}
+
+/// A new file in the folder one stands in: beside the recording it may not be allowed.
+std::string here(const RecordingInfo& info, const char* suffix) {
+  return shell_word(std::filesystem::path(info.file).filename().string() + suffix);
+}
+
+std::string recover_command(const RecordingInfo& info) {
+  const std::filesystem::path path(info.file);
+  if (!path.has_parent_path()) return "waymark recover " + shell_word(info.file);
+  return fmt::format("waymark recover {} -o {}", shell_word(info.file),
+                     shell_word(path.stem().string() + ".recovered.mcap"));
+}
+
+}  // namespace
+
+std::vector<NextStep> next_steps(const RecordingInfo& info) {
+  std::vector<NextStep> steps;
+  const auto has = [&](const char* kind) { return info.contents.contains(kind); };
+  if (info.format == LogFormat::Mcap && !info.summary.complete)
+    steps.push_back({"Give it the index it lost.", recover_command(info)});
+  if (info.format != LogFormat::Mcap && !info.contents.empty())
+    steps.push_back({"Make an MCAP recording of it, which opens quickly and in every tool.",
+                     fmt::format("waymark convert {} {}", shell_word(info.file), here(info, ".mcap"))});
+  if (has("pictures"))
+    steps.push_back({"Find the tags in its pictures.", "waymark detect " + shell_word(info.file)});
+  const bool moves = has("odometry");
+  const bool corners = has("tags") || has("pictures");
+  if (corners && moves) {
+    steps.push_back(map_step(info));
+  } else if (corners) {
+    const std::vector<std::string> missing = map_needs(info).missing;
+    steps.push_back(
+        {fmt::format("A map of a lap needs odometry too: give it as a further file.{}",
+                     missing.empty() ? ""
+                                     : fmt::format(" The robot's file says what it lacks besides, {}.",
+                                                   fmt::join(missing, " and "))),
+         fmt::format("waymark map {} odometry.csv --robot robot.yaml --tag-size-m 0.16 --anchor "
+                     "tag36h11:0 -o map",
+                     shell_word(info.file))});
+  } else if (moves && has("tag_poses")) {
+    steps.push_back({"Make a map of the tags from the poses its robot gave them.",
+                     fmt::format("waymark map {}{} -o map", shell_word(info.file),
+                                 says(info, "tag_size_m")        ? ""
+                                 : info.format == LogFormat::Lcm ? " --tag-size-m 0.054"  // an MBot's
+                                                                 : " --tag-size-m 0.16")});
+  }
+  const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
+  if (moves && (corners || has("tag_poses") || has("range_bearing"))) {
+    steps.push_back({"Localise it in a map of what it saw.",
+                     fmt::format("waymark localize {} --map map{}", shell_word(info.file), robot)});
+  } else if (has("odometry") || has("imu")) {
+    steps.push_back({"Localise with it: give what was seen on the same drive as a further file.",
+                     fmt::format("waymark localize {} detections.csv --map map", shell_word(info.file))});
+  }
+  if (!info.contents.empty())
+    steps.push_back({"Watch what it says, as it was said.", "waymark play " + shell_word(info.file)});
+  if (info.contents.empty() && info.report.messages > 0)
+    steps.push_back({"None of its messages are of a kind that Waymark uses.",
+                     "waymark play --messages " + shell_word(info.file)});
+  return steps;
+}
+
+namespace {
+
+/// A date where the clock is one of the calendar, else seconds since the robot was switched on.
+std::string start_text(std::uint64_t start_ns) {
+  constexpr std::uint64_t kYear2000 = 946'684'800;
+  constexpr std::uint64_t kSecond = 1'000'000'000;
+  const std::uint64_t seconds = start_ns / kSecond;
+  if (seconds < kYear2000)
+    return fmt::format("{:.3f} s on the robot's clock", static_cast<double>(start_ns) * 1e-9);
+  const std::chrono::sys_seconds when{std::chrono::seconds(static_cast<std::int64_t>(seconds))};
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(std::chrono::system_clock::to_time_t(when)));
+}
+
+std::string head_text(const RecordingInfo& info) {
+  const std::string chunks = info.summary.chunks ? fmt::format(" in {} chunks", *info.summary.chunks) : "";
+  std::string text = fmt::format(
+      "{}: {:.1f} KiB, {} messages{}\n"
+      "format      {}\n",
+      info.file, static_cast<double>(info.summary.size_bytes) / 1024, info.report.messages, chunks,
+      info.description);
+  if (!info.summary.library.empty()) text += fmt::format("written by  {}\n", info.summary.library);
+  return text + fmt::format("start       {}\nduration    {:.3f} s\n", start_text(info.report.start_ns),
+                            info.report.duration_s);
+}
+
+std::string topics_text(const RecordingInfo& info) {
+  std::size_t topic_width = 5;
+  std::size_t type_width = 4;
+  for (const TopicReport& t : info.report.topics) {
+    topic_width = std::max(topic_width, t.topic.size());
+    type_width = std::max(type_width, t.type.size());
+  }
+  std::string text = fmt::format("\n{:<{}}  {:<{}}  {:>9}  {:>8}\n", "topic", topic_width, "type", type_width,
+                                 "messages", "Hz");
+  for (const TopicReport& t : info.report.topics) {
+    text += fmt::format("{:<{}}  {:<{}}  {:>9}  {:>8}\n", t.topic, topic_width, t.type, type_width,
+                        t.messages, t.rate_hz > 0 ? fmt::format("{:.1f}", t.rate_hz) : "");
+  }
+  return text;
+}
+
+/// What is wrong with the stamps of a topic; empty when nothing is.
+std::string stamps_text(const TopicReport& topic) {
+  std::vector<std::string> words;
+  const StampStatistics& stamps = topic.stamps;
+  if (stamps.gaps() > 0)
+    words.push_back(fmt::format("about {} missing in {}, the longest {:.2f} s",
+                                counted(stamps.dropped(), "message"), counted(stamps.gaps(), "gap"),
+                                static_cast<double>(stamps.longest_ns()) * 1e-9));
+  const auto count = [&](std::uint64_t n, const char* what) {
+    if (n > 0) words.push_back(fmt::format("{} {}", n, what));
+  };
+  count(stamps.zero(), "stamps of zero");
+  count(stamps.duplicate(), "stamps twice");
+  count(stamps.backward(), "stamps before the one before");
+  if (topic.clock_jumps > 0)
+    words.push_back(fmt::format("the clock jumped {}, at most by {:.2f} s",
+                                counted(topic.clock_jumps, "time"), topic.largest_jump_s));
+  return words.empty() ? "" : fmt::format("  {}: {}\n", topic.topic, fmt::join(words, "; "));
+}
+
+}  // namespace
+
+std::string to_text(const RecordingInfo& info) {
+  std::string text = head_text(info) + topics_text(info);
+  std::string stamps;
+  if (!info.quick)
+    for (const TopicReport& topic : info.report.topics) stamps += stamps_text(topic);
+  if (!stamps.empty()) text += "\nstamps\n" + stamps;
+  for (const auto& [name, values] : info.setup.metadata) {
+    text += fmt::format("\nmetadata {}\n", name);
+    for (const auto& [key, value] : values) text += fmt::format("  {}: {}\n", key, value);
+  }
+  if (!info.attachments.empty()) text += "\nattachments\n";
+  for (const LogAttachment& a : info.attachments)
+    text += fmt::format("  {} ({}, {} bytes)\n", a.name, a.media_type, a.size_bytes);
+  const std::vector<NextStep> steps = next_steps(info);
+  if (!steps.empty()) text += "\nnext\n";
+  for (const NextStep& step : steps)
+    text += fmt::format("  {}\n{}", step.sentence, step.command.empty() ? "" : "    " + step.command + "\n");
+  return text;
 }
 
 }  // namespace waymark

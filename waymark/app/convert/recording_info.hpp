@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/recording/log_report.hpp"
 
 /// What `waymark info` says of a recording.
@@ -55,5 +55,8 @@ struct InfoJob {
 [[nodiscard]] std::vector<NextStep> next_steps(const RecordingInfo& info);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const RecordingInfo& info);
+
+/// What `waymark info` prints: head, topics, stamps, metadata, attachments, what can be done next.
+[[nodiscard]] std::string to_text(const RecordingInfo& info);
 
 }  // namespace waymark

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/recording/mcap_recover.hpp"
 
 /// `waymark recover`: what is whole of a damaged recording, in a new one.

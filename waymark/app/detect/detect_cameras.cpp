@@ -9,7 +9,7 @@
 
 #include "waymark/app/live/camera_address.hpp"
 #include "waymark/app/live/camera_page.hpp"
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

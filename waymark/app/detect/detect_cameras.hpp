@@ -10,7 +10,7 @@
 #include "waymark/app/detect/detect_pictures.hpp"
 #include "waymark/app/live/camera_watch.hpp"
 #include "waymark/app/live/live_page.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 
 /// `waymark detect v4l2:…`: what is found in the pictures of live cameras.
 namespace waymark {

@@ -2,12 +2,14 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/detect_all.hpp"
-#include "waymark/app/common/poses.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/evaluation/detections.hpp"
 
 /// `waymark detect`: the tags in pictures, with poses and annotated pictures where they are asked for.
 namespace waymark {
@@ -47,5 +49,16 @@ using EachDetected = std::function<bool(const PictureReport& report, const PoseL
 /// The contract of `waymark detect --json` (docs/reference/cli.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses,
                                              bool with_covariance);
+
+/// What was seen in one picture, as a table for people; ends with an end of line. Requires report.detected.
+[[nodiscard]] std::string to_text(const PictureReport& report);
+
+/// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the
+/// sums.
+[[nodiscard]] std::string to_text(const DetectionScores& scores);
+
+/// The poses of one picture's tags: position and distance with standard deviations, both solutions; ends with
+/// an end of line. Empty when there are none.
+[[nodiscard]] std::string to_text(std::span<const TagDetection> detections, const PoseList& poses);
 
 }  // namespace waymark

@@ -1,6 +1,9 @@
+// The tables of detections and their scores: each figure in its column, and nothing where nothing is known.
+// Videos of painted tags: found in every picture, at their stamps; annotated; converted to a recording.
 #include "waymark/app/detect/detect_pictures.hpp"
 
 #include <filesystem>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,12 +13,15 @@
 #include "tests/support/data.hpp"
 #include "tests/support/draw_tag.hpp"
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
+#include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/common/json_line.hpp"
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/media/video_writer.hpp"
+#include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/photograph.hpp"
@@ -261,6 +267,289 @@ TEST(CalibrationTarget, ABoardThatCannotBeIsRefused) {
   const auto ids = CalibrationTarget::make({.columns = 60, .rows = 50, .tag_size_m = 0.04});
   ASSERT_FALSE(ids);
   EXPECT_THAT(ids.error().message, HasSubstr("tags 0 to 2999"));
+}
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TagDetection square(int number, double left_px, double side_px) {
+  TagDetection tag{.tag = {FamilyId::Tag36h11, number}, .hamming = 1, .decision_margin = 61.25};
+  tag.corners_px = {Eigen::Vector2d(left_px, 100), Eigen::Vector2d(left_px + side_px, 100),
+                    Eigen::Vector2d(left_px + side_px, 100 + side_px),
+                    Eigen::Vector2d(left_px, 100 + side_px)};
+  return tag;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::istringstream stream(line);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+TEST(DetectionsText, APictureIsARowATag) {
+  PictureReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
+  EXPECT_EQ(to_text(report), "a.png: 0 tags in 640 x 480 px\n");
+  report.detections = {square(3, 50, 40)};
+  EXPECT_THAT(to_text(report), HasSubstr("a.png: 1 tag in"));
+  report.detections.push_back(square(7, 200, 25));
+  report.detections[1].corner_covariance_px2 = 0.04 * Eigen::Matrix<double, 8, 8>::Identity();
+  const auto lines = lines_of(to_text(report));
+  ASSERT_EQ(lines.size(), 4U);
+  const auto first = words_of(lines[2]);
+  EXPECT_EQ(first, (std::vector<std::string>{"tag36h11:3", "70.00", "120.00", "40.0", "-", "61.2", "1"}));
+  EXPECT_EQ(words_of(lines[3])[4], "0.200") << "the root of the mean variance of a coordinate";
+}
+
+TEST(DetectionsText, CornersThatAreNotRefinedAreSaidWithWhy) {
+  PictureReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
+  report.detections = {square(3, 50, 40), square(4, 150, 40)};
+  report.refinements = {RefinementOutcome::Refined, RefinementOutcome::TooSmall};
+  const auto lines = lines_of(to_text(report));
+  EXPECT_THAT(lines[2], Not(HasSubstr("not refined")));
+  EXPECT_THAT(lines[3], HasSubstr(std::string("corners not refined: ") +
+                                  std::string(to_string(RefinementOutcome::TooSmall))));
+}
+
+DetectionScores scores_of_two_classes() {
+  DetectionScores scores{.images = 2, .truth = 8, .detections = 7, .correct = 6, .wrong_ids = 1};
+  const CornerScores corners{
+      .tags = 6, .rmse_px = 0.125, .worst_px = 0.5, .bias_x_px = -0.01, .bias_outward_px = 0.02};
+  scores.corners = corners;
+  scores.by_size = {{.low = 0, .high = 20, .truth = 4, .found = 3, .corners = corners},
+                    {.low = 20, .high = 40, .truth = 0, .found = 0},
+                    {.low = 40, .high = 1e6, .truth = 4, .found = 0}};
+  return scores;
+}
+
+TEST(DetectionsText, ScoresAreSumsAndARowAClass) {
+  const auto lines = lines_of(to_text(scores_of_two_classes()));
+  EXPECT_THAT(lines[0], HasSubstr("8 true tags, 7 reported: 6 correct (recall 75.0 %), 1 wrong ids"));
+  EXPECT_THAT(lines[1], HasSubstr("RMSE 0.1250 px"));
+  const std::string all = to_text(scores_of_two_classes());
+  EXPECT_THAT(all, HasSubstr("0 - 20              4     75.0   0.1250  -0.0100"));
+  EXPECT_THAT(all, Not(HasSubstr("20 - 40"))) << "a class without tags says nothing";
+  EXPECT_THAT(all, HasSubstr(">= 40")) << "the last class has no upper edge";
+  EXPECT_THAT(all, HasSubstr("0.0        -        -        -        -")) << "none of its tags was found";
+  EXPECT_THAT(all, Not(HasSubstr("tilt"))) << "no true tag says how it leans";
+}
+
+TEST(DetectionsText, RecallBySizeAndTiltIsAGrid) {
+  DetectionScores scores = scores_of_two_classes();
+  scores.by_tilt = {{.low = 0, .high = 45, .truth = 6, .found = 6}, {.low = 45, .high = 90, .truth = 2}};
+  for (const ClassScores& size : scores.by_size)
+    scores.by_size_and_tilt.push_back({{.truth = size.truth, .found = size.found}, {}});
+  const std::string all = to_text(scores);
+  EXPECT_THAT(all, HasSubstr("recall %, by size across and tilt"));
+  EXPECT_THAT(all, HasSubstr("0-45°   45-90°"));
+  EXPECT_THAT(all, HasSubstr("0 - 20             75.0        -"));
+}
+
+TEST(DetectionsText, ConsistencyIsSaidWithWhatIsExpected) {
+  DetectionScores scores = scores_of_two_classes();
+  EXPECT_THAT(to_text(scores), Not(HasSubstr("covariance")));
+  scores.consistency = CornerConsistency{.tags = 5, .mean_nes_corner = 2.5, .mean_nes_tag = 9.75};
+  scores.unusable_covariances = 1;
+  EXPECT_THAT(to_text(scores),
+              HasSubstr("2.50 a corner (consistent: 2), 9.75 a tag (consistent: 8), 5 tags"));
+  EXPECT_THAT(to_text(scores), HasSubstr("1 are not positive definite"));
+}
+
+TEST(DetectionsText, PosesHaveBothSolutionsAndErrorsTheirWords) {
+  EXPECT_EQ(to_text(std::span<const TagDetection>(), PoseList()), "");
+  const std::vector<TagDetection> tags = {square(3, 50, 40), square(4, 150, 40)};
+  TagPose pose;
+  pose.best.cam_T_tag = SE3(SO3(), {0.1, -0.2, 2});
+  pose.best.covariance = 1e-6 * PoseCovariance::Identity();
+  pose.best.rms_px = 0.1;
+  pose.other = pose.best;
+  pose.other->rms_px = 0.4;
+  PoseList poses;
+  poses.emplace_back(pose);
+  poses.emplace_back(fail(ErrorCode::InvalidArgument, "its size is not known"));
+  const auto lines = lines_of(to_text(tags, poses));
+  ASSERT_EQ(lines.size(), 4U);
+  const auto first = words_of(lines[1]);
+  EXPECT_EQ(std::vector<std::string>(first.begin(), first.begin() + 7),
+            (std::vector<std::string>{"tag36h11:3", "0.1000", "-0.2000", "2.0000", "2.2", "2.2", "1.0"}))
+      << "1 mm, and 1 mrad about the camera at 2 m";
+  EXPECT_THAT(lines[2], HasSubstr("or (ratio "));
+  EXPECT_THAT(lines[3], HasSubstr("its size is not known"));
+}
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr TagId kVideoTag{FamilyId::Tag36h11, 7};
+constexpr int kPictures = 12;
+
+testing::TagCorners corners_at(int k) {
+  return testing::square_corners({100.3 + 9 * k, 120.7 + 2 * k}, 80, 0.2 + 0.03 * k);
+}
+
+SensorTime video_stamp(int k) { return SensorTime(std::chrono::milliseconds(33 * k + (k % 3))); }
+
+/// A tag that moves.
+class TagVideo : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto writer = VideoWriter::create(at("walk.mp4"), 320, 240, {.quality = 8, .rotation_deg = 90});
+    if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());
+    ASSERT_TRUE(writer) << to_string(writer.error());
+    for (int k = 0; k < kPictures; ++k) {
+      Image image(320, 240, 180);
+      testing::paint_tag(image, kVideoTag, corners_at(k));
+      ASSERT_TRUE(writer->add(image.view(), video_stamp(k)));
+    }
+    ASSERT_TRUE(writer->close());
+  }
+  [[nodiscard]] std::string at(const std::string& name) const { return (folder_ / name).string(); }
+
+  fs::path folder_ = testing::fresh_folder("jobs_video");
+  TagFinder finder_{.detector = std::move(make_apriltag_detector({}).value()),
+                    .refinement = RefinementOptions{}};
+};
+
+TEST_F(TagVideo, EveryPictureIsReportedWithItsStamp) {
+  std::vector<PictureReport> seen;
+  std::vector<std::string> notes;
+  JobControl control;
+  control.note = [&](const std::string& words) { notes.push_back(words); };
+  const auto summary = detect_pictures({.sources = {at("walk.mp4")}}, finder_, control,
+                                       [&](const PictureReport& report, const PoseList&) {
+                                         seen.push_back(report);
+                                         return true;
+                                       });
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_EQ(summary->failed, 0U);
+  ASSERT_EQ(seen.size(), static_cast<std::size_t>(kPictures));
+  for (int k = 0; k < kPictures; ++k) {
+    const PictureReport& report = seen[static_cast<std::size_t>(k)];
+    ASSERT_EQ(report.detections.size(), 1U) << k;
+    EXPECT_EQ(report.detections[0].tag, kVideoTag);
+    EXPECT_LT(testing::max_corner_error_px(report.detections[0].corners_px, corners_at(k)), 0.15) << k;
+    ASSERT_TRUE(report.stamp);
+    EXPECT_EQ(*report.stamp, video_stamp(k));
+  }
+  EXPECT_EQ(seen[1].image, at("walk.mp4") + "#0.034000000");
+  EXPECT_THAT(notes, ::testing::ElementsAre(::testing::HasSubstr("has a rotation flag")));
+}
+
+TEST_F(TagVideo, ACalibrationOfAnotherSizeIsSaidOnce) {
+  const CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 300, .fy = 301, .cx = 320, .cy = 240}, 640, 480).value();
+  std::vector<std::string> notes;
+  JobControl control;
+  control.note = [&](const std::string& words) { notes.push_back(words); };
+  std::size_t errors = 0;
+  const DetectJob job{.sources = {at("walk.mp4")}, .poses = PoseSetup{.camera = camera}};
+  const auto summary =
+      detect_pictures(job, finder_, control, [&](const PictureReport& report, const PoseList&) {
+        errors += report.error ? 1 : 0;
+        return true;
+      });
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_EQ(summary->failed, static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(errors, static_cast<std::size_t>(kPictures)) << "each report has it";
+  EXPECT_THAT(notes, ::testing::UnorderedElementsAre(HasSubstr("the calibration is for 640x480"),
+                                                     HasSubstr("has a rotation flag")));
+}
+
+TEST_F(TagVideo, AnnotatedPicturesBecomeAVideo) {
+  const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("seen.mp4")};
+  const auto summary =
+      detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_FALSE(summary->annotations_failed);
+  auto reader = VideoReader::open(at("seen.mp4"));
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  EXPECT_NEAR(reader->info().rotation_deg, 90, 1e-6);
+  for (int k = 0; k < kPictures; ++k) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame && *frame);
+    EXPECT_EQ((*frame)->stamp, video_stamp(k));
+    EXPECT_EQ((*frame)->luma.width, 320);
+  }
+}
+
+TEST_F(TagVideo, WhenItIsCancelledTheAnnotatedVideoEndsThere) {
+  int pictures = 0;
+  JobControl control;
+  control.cancelled = [&] { return pictures >= 4; };
+  const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("seen.mkv")};
+  const auto summary = detect_pictures(job, finder_, control, [&](const PictureReport&, const PoseList&) {
+    ++pictures;
+    return true;
+  });
+  ASSERT_TRUE(summary);
+  EXPECT_TRUE(summary->stopped);
+  auto reader = VideoReader::open(at("seen.mkv"));
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  int written = 0;
+  while (true) {
+    const auto frame = reader->next();
+    if (!frame || !*frame) break;
+    ++written;
+  }
+  EXPECT_EQ(written, 4);
+}
+
+TEST_F(TagVideo, TheVideoIsNotWrittenOver) {
+  const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("walk.mp4")};
+  const auto summary =
+      detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::InvalidArgument);
+}
+
+TEST_F(TagVideo, BecomesARecordingOfTagsAndPictures) {
+  const CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 300, .fy = 301, .cx = 160, .cy = 120}, 320, 240).value();
+  const ConvertVideoJob job{.input = at("walk.mp4"),
+                            .output = at("walk.mcap"),
+                            .camera = camera,
+                            .sizes = {.default_size_m = 0.165},
+                            .pictures = "raw"};
+  const auto found = convert_video(job, finder_, {});
+  ASSERT_TRUE(found) << to_string(found.error());
+  EXPECT_EQ(found->tags, static_cast<std::size_t>(kPictures));
+  const auto log = open_log(job.output);
+  ASSERT_TRUE(log) << to_string(log.error());
+  std::vector<TagFrame> tags;
+  std::size_t pictures = 0;
+  ASSERT_TRUE((*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) tags.push_back(*frame);
+    pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
+    return {};
+  }));
+  EXPECT_EQ(pictures, static_cast<std::size_t>(kPictures));
+  ASSERT_EQ(tags.size(), static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(tags[5].stamp, video_stamp(5));
+  ASSERT_EQ(tags[5].detections.size(), 1U);
+  EXPECT_TRUE(tags[5].detections[0].corner_covariance_px2);
+  EXPECT_LT(testing::max_corner_error_px(tags[5].detections[0].corners_px, corners_at(5)), 0.15);
+  const auto setup = (*log)->setup();
+  ASSERT_TRUE(setup && setup->camera);
+  EXPECT_NEAR(setup->camera->width_px(), 320, 0);
+  EXPECT_EQ(setup->metadata.at("waymark").at("tag_size_m"), "0.165");
+  const auto again = convert_video(job, finder_, {});
+  ASSERT_FALSE(again);
+  EXPECT_THAT(again.error().message, HasSubstr("exists already"));
+}
+
+TEST_F(TagVideo, ACameraOfAnotherSizeIsRefused) {
+  const CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 300, .fy = 301, .cx = 320, .cy = 240}, 640, 480).value();
+  const auto found =
+      convert_video({.input = at("walk.mp4"), .output = at("walk.mcap"), .camera = camera}, finder_, {});
+  ASSERT_FALSE(found);
+  EXPECT_FALSE(fs::exists(at("walk.mcap")));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
 }
 
 }  // namespace

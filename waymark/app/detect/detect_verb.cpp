@@ -8,8 +8,7 @@
 #include "waymark/app/cli/pose_flags.hpp"
 #include "waymark/app/detect/detect_cameras.hpp"
 #include "waymark/app/detect/detect_pictures.hpp"
-#include "waymark/app/detect/detections_text.hpp"
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -11,7 +11,7 @@
 #include "waymark/app/doctor/doctor_map.hpp"
 #include "waymark/app/doctor/doctor_network.hpp"
 #include "waymark/app/live/robot_kinds.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

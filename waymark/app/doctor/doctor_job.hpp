@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/doctor/doctor_tag_size.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 
 namespace waymark {
 

@@ -10,7 +10,7 @@
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/live/camera_address.hpp"
 #include "waymark/app/live/camera_watch.hpp"
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/pipeline/expected_tags.hpp"

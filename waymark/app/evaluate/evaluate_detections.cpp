@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/text_file.hpp"
 
 namespace waymark {

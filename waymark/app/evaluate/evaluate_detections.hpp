@@ -8,7 +8,7 @@
 
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/flag_refusals.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/evaluation/detections.hpp"
 
 /// `waymark evaluate detections`: detected tags against the true corners.

@@ -1,6 +1,6 @@
 #include "waymark/app/cli/detector_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/detect/detections_text.hpp"
+#include "waymark/app/detect/detect_pictures.hpp"
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 
 namespace waymark::cli {

@@ -8,7 +8,7 @@
 
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/evaluation/path_scores.hpp"
 #include "waymark/evaluation/trajectory_scores.hpp"
 #include "waymark/samples/tag_map.hpp"
@@ -114,5 +114,15 @@ struct EvaluationInputs {
 /// Fails on flags that have no effect on what is compared; `reference`: once it is known.
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
                                    const GivenFlags& given);
+
+/// What makes a comparison doubtful, in words: hardly a moment in common, two drives (both recordings say how
+/// the wheels turned, and not the same), two places. Empty when there is nothing to say. Reads the odometry
+/// of both files again where they are recordings.
+[[nodiscard]] std::vector<std::string> doubts_about(const TrajectoryReport& report,
+                                                    const Reference& reference,
+                                                    const JobControl& control = {});
+
+/// A table: a row a trajectory, then words about consistency, jumps and cover.
+[[nodiscard]] std::string to_text(const TrajectoryReport& report);
 
 }  // namespace waymark

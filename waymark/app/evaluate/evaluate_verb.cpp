@@ -1,7 +1,6 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/evaluate/trajectory_doubts.hpp"
-#include "waymark/app/evaluate/trajectory_text.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/app/evaluate/evaluate_trajectory.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark::cli {
 namespace {

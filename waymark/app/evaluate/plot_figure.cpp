@@ -5,10 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/common/figure_files.hpp"
-#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/evaluate/report_page.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

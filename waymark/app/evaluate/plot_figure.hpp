@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 
 /// One figure of a report in a file of its own.
 namespace waymark {

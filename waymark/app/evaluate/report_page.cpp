@@ -1,23 +1,505 @@
 #include "waymark/app/evaluate/report_page.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <set>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/profile_table.hpp"
-#include "waymark/app/common/staged_folder.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/robot_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/evaluation/dead_reckoning.hpp"
+#include "waymark/evaluation/map_errors.hpp"
+#include "waymark/evaluation/replay_judgement.hpp"
+#include "waymark/evaluation/tag_reprojection.hpp"
+#include "waymark/evaluation/trajectory_scores.hpp"
+#include "waymark/geometry/dense.hpp"
+#include "waymark/pipeline/lap_mapper.hpp"
+#include "waymark/plot/loop_figures.hpp"
+#include "waymark/plot/run_figures.hpp"
 #include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
+namespace {
+
+template <class Stamped>
+double rate_hz(const std::vector<Stamped>& samples) {
+  if (samples.size() < 2) return 0;
+  const double seconds = to_seconds(samples.back().stamp - samples.front().stamp);
+  return seconds > 0 ? static_cast<double>(samples.size() - 1) / seconds : 0;
+}
+
+/// What the camera made of the place.
+struct Sight {
+  std::size_t tags = 0;
+  std::size_t with_two = 0;
+  double longest_blind_s = 0;
+  std::vector<double> sides_px{};
+};
+
+Sight sight_of(const std::vector<TagFrame>& frames) {
+  Sight sight;
+  SensorTime seen = frames.empty() ? SensorTime{} : frames.front().stamp;
+  for (const TagFrame& frame : frames) {
+    sight.tags += frame.detections.size();
+    if (frame.detections.size() >= 2) ++sight.with_two;
+    sight.longest_blind_s = std::max(sight.longest_blind_s, to_seconds(frame.stamp - seen));
+    if (!frame.detections.empty()) seen = frame.stamp;
+    for (const TagDetection& tag : frame.detections)
+      sight.sides_px.push_back((tag.corners_px[1] - tag.corners_px[0]).norm());
+  }
+  return sight;
+}
+
+std::string number(double value, int digits) {
+  return value > 0 ? fmt::format("{:.{}f}", value, digits) : "-";
+}
+
+/// "sim", "process:…", or where else it came from; "-" when it does not say.
+std::string source_of(const DriveRun& drive) {
+  const auto made = drive.lap.setup.metadata.find("waymark");
+  if (made == drive.lap.setup.metadata.end()) return "-";
+  const auto source = made->second.find("source");
+  return source == made->second.end() ? "-" : source->second.substr(0, source->second.find(' '));
+}
+
+std::vector<std::string> row_of(const DriveRun& drive) {
+  const Sight sight = sight_of(drive.lap.frames);
+  const auto frames = static_cast<double>(drive.lap.frames.size());
+  const auto& odometry = drive.lap.odometry;
+  double metres = 0;
+  for (std::size_t i = 1; i < odometry.size(); ++i)
+    metres += (odometry[i].odom_T_base.translation() - odometry[i - 1].odom_T_base.translation()).norm();
+  const double seconds = odometry.size() < 2 ? 0 : to_seconds(odometry.back().stamp - odometry.front().stamp);
+  std::vector<double> sigma_mm;
+  for (const EstimatedPose& pose : drive.estimate) {
+    if (pose.covariance) sigma_mm.push_back(1000 * std::sqrt(pose.covariance->topLeftCorner<2, 2>().trace()));
+  }
+  return {drive.file,
+          source_of(drive),
+          number(seconds, 1),
+          number(metres, 2),
+          number(seconds > 0 ? metres / seconds : 0, 2),
+          number(rate_hz(odometry), 1),
+          number(rate_hz(drive.lap.frames), 1),
+          frames > 0 ? fmt::format("{:.2f}", static_cast<double>(sight.tags) / frames) : "-",
+          frames > 0 ? fmt::format("{:.1f}", 100 * static_cast<double>(sight.with_two) / frames) : "-",
+          frames > 0 ? fmt::format("{:.2f}", sight.longest_blind_s) : "-",
+          number(median(sight.sides_px), 1),
+          number(median(std::move(sigma_mm)), 1)};
+}
+
+/// Each drive in a row, by what needs no truth: how simulation and reality differ.
+plot::PageTable side_by_side(const Runs& runs) {
+  plot::PageTable table{
+      .caption =
+          "What each robot sent and detected; no truth is needed. Tags: "
+          "mean number a picture, median side of their squares. Sigma: median",
+      .head = {"drive", "source", "lasts [s]", "driven [m]", "speed [m/s]", "odometry [Hz]", "camera [Hz]",
+               "tags", "two or more [%]", "longest without [s]", "side [px]", "sigma [mm]"}};
+  for (const DriveRun& drive : runs.drives) table.rows.push_back(row_of(drive));
+  return table;
+}
+
+/// Rates, gaps, latencies and noises of each drive in a column, measured alike; no rows where fewer than two
+/// drives could be measured.
+plot::PageTable sensors_side_by_side(const Runs& runs) {
+  plot::PageTable table{
+      .caption = "How sensors and motors behaved, measured in the same way in each recording",
+      .head = {"quantity"}};
+  std::vector<const DriveRun*> measured;
+  for (const DriveRun& drive : runs.drives)
+    if (drive.profile) measured.push_back(&drive);
+  if (measured.size() < 2) return table;
+  for (const DriveRun* drive : measured) table.head.push_back(drive->file);
+  std::vector<std::vector<ProfileRow>> columns;
+  for (const DriveRun* drive : measured)
+    columns.push_back(profile_table(*measured.front()->profile, *drive->profile));
+  std::vector<std::string> keys;  // a row that the first drive lacks may be in another's
+  for (const std::vector<ProfileRow>& column : columns) {
+    for (const ProfileRow& row : column) {
+      if (std::ranges::find(keys, row.key) != keys.end()) continue;
+      keys.push_back(row.key);
+      table.rows.push_back({row.words});
+    }
+  }
+  for (const std::vector<ProfileRow>& column : columns) {
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      const auto row = std::ranges::find(column, keys[i], &ProfileRow::key);
+      const bool told = row != column.end() && row->simulation;
+      table.rows[i].push_back(told ? fmt::format("{:.4g}", *row->simulation) : "-");
+    }
+  }
+  return table;
+}
+
+using Rows = std::vector<std::vector<std::string>>;
+
+/// A path on paper needs no more poses.
+constexpr std::size_t kMostPoses = 3000;
+
+template <class Pose>
+Trajectory thin(const std::vector<Pose>& poses) {
+  const std::size_t step = poses.size() / kMostPoses + 1;
+  Trajectory kept;
+  for (std::size_t i = 0; i < poses.size(); i += step) kept.push_back({poses[i].stamp, poses[i].map_T_base});
+  return kept;
+}
+
+/// The map the robot was driven by, when the recording holds it.
+TagMap tags_of(const DriveRun& drive) {
+  const auto text = drive.lap.attachments.find("map.yaml");
+  if (text == drive.lap.attachments.end()) return {};
+  const Result<MapFile> map = parse_map(text->second, drive.file + ": map.yaml");
+  return map ? map->tags : TagMap{};
+}
+
+double distance_m(const std::vector<Odometry>& odometry) {
+  double sum = 0;
+  for (std::size_t i = 1; i < odometry.size(); ++i)
+    sum += (odometry[i].odom_T_base.translation() - odometry[i - 1].odom_T_base.translation()).norm();
+  return sum;
+}
+
+void add_making(const DriveRun& drive, Rows& rows) {
+  const auto made = drive.lap.setup.metadata.find("waymark");
+  if (made == drive.lap.setup.metadata.end()) return;
+  for (const char* key : {"verb", "driver", "robot", "world", "seed", "version"}) {
+    const auto value = made->second.find(key);
+    if (value != made->second.end() && !value->second.empty()) rows.push_back({key, value->second});
+  }
+}
+
+void add_motion(const DriveRun& drive, Rows& rows) {
+  const auto& odometry = drive.lap.odometry;
+  if (odometry.size() < 2) return;
+  const double seconds = to_seconds(odometry.back().stamp - odometry.front().stamp);
+  const double metres = distance_m(odometry);
+  rows.push_back({"duration", fmt::format("{:.1f} s", seconds)});
+  rows.push_back({"driven, by odometry", fmt::format("{:.2f} m", metres)});
+  if (seconds > 0) rows.push_back({"mean speed", fmt::format("{:.2f} m/s", metres / seconds)});
+}
+
+void add_tags(const DriveRun& drive, Rows& rows) {
+  const auto& frames = drive.lap.frames;
+  if (frames.empty()) return;
+  std::set<TagId> seen;
+  std::size_t with_two = 0;
+  for (const TagFrame& frame : frames) {
+    if (frame.detections.size() >= 2) ++with_two;
+    for (const TagDetection& detection : frame.detections) seen.insert(detection.tag);
+  }
+  rows.push_back({"frames", std::to_string(frames.size())});
+  rows.push_back({"tags seen", std::to_string(seen.size())});
+  rows.push_back(
+      {"two tags or more in view",
+       fmt::format("{:.1f} %", 100 * static_cast<double>(with_two) / static_cast<double>(frames.size()))});
+}
+
+void add_scores(const DriveRun& drive, Rows& rows) {
+  const TrajectoryScoreOptions options;
+  const auto pairs = pair_by_time(drive.estimate, drive.lap.truth,
+                                  Duration(static_cast<std::int64_t>(options.max_gap_s * 1e9)));
+  const Result<TrajectoryScores> scores = score_trajectory(pairs, AlignmentKind::None, options);
+  if (!scores) return;
+  rows.push_back({"estimate from the truth, rmse", fmt::format("{:.4f} m", scores->ate_m.rmse)});
+  rows.push_back({"estimate from the truth, worst", fmt::format("{:.4f} m", scores->ate_m.max)});
+  rows.push_back({"heading, rmse", fmt::format("{:.2f} deg", scores->heading_deg.rmse)});
+  rows.push_back({"jumps", std::to_string(scores->jumps)});
+  if (scores->consistency && scores->consistency->count > 0)
+    rows.push_back(
+        {"NEES (x, y, yaw: 3 is consistent)", fmt::format("{:.2f}", scores->consistency->nees_mean)});
+}
+
+/// Where dead reckoning would be, had it been told the start.
+Trajectory placed_odometry(const DriveRun& drive) {
+  const Trajectory wheels = wheel_odometry(drive.lap.odometry);
+  if (!drive.lap.truth.empty()) return thin(placed_at(wheels, drive.lap.truth.front()));
+  if (!drive.estimate.empty())
+    return thin(placed_at(wheels, {drive.estimate.front().stamp, drive.estimate.front().map_T_base}));
+  return thin(wheels);
+}
+
+plot::PageFigure floor_figure(const DriveRun& drive) {
+  const std::vector<plot::PathLayer> layers = {
+      {"truth", thin(drive.lap.truth), {}, plot::kTruthColor},
+      {"odometry", placed_odometry(drive), {}, plot::kTaughtColor},
+      {"estimate", thin(drive.estimate), tags_of(drive), plot::kEstimateColor}};
+  return {.name = "floor",
+          .figure = plot::path_figure("Seen from above", layers),
+          .caption = "Odometry begins where the robot began."};
+}
+
+}  // namespace
+
+plot::PageSection drive_section(const DriveRun& drive) {
+  plot::PageSection section{.title = drive.file};
+  Rows rows;
+  add_making(drive, rows);
+  add_motion(drive, rows);
+  add_tags(drive, rows);
+  if (!drive.estimate.empty() && !drive.lap.truth.empty()) add_scores(drive, rows);
+  section.tables.push_back({.caption = "", .head = {}, .rows = std::move(rows)});
+  if (!drive.lap.truth.empty() || !drive.estimate.empty() || !drive.lap.odometry.empty())
+    section.figures.push_back(floor_figure(drive));
+  if (!drive.lap.odometry.empty())
+    section.figures.push_back(
+        {"speed", plot::speed_figure("Speed", drive.lap.odometry), "By wheel odometry."});
+  if (!drive.lap.frames.empty())
+    section.figures.push_back({"tags_in_view", plot::tags_in_view_figure("Tags in view", drive.lap.frames),
+                               "Below two the position is weakly known."});
+  if (drive.estimate.empty()) return section;
+  section.figures.push_back(
+      {"error",
+       plot::error_and_doubt_figure("Error and its standard deviation", drive.estimate, drive.lap.truth),
+       "The error of a consistent estimate is below twice its standard deviation about 19 times out of 20."});
+  if (!drive.lap.truth.empty())
+    section.figures.push_back(
+        {"heading", plot::heading_error_figure("Error of the heading", drive.estimate, drive.lap.truth), ""});
+  return section;
+}
+
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+std::string millimetres(double metres) { return fmt::format("{:.1f}", 1000 * metres); }
+
+/// Standard deviation in the direction in which the tag's centre is known worst.
+std::string sigma_mm(const MappedTag& tag) {
+  if (!tag.covariance) return "-";
+  const double variance_m2 = symmetric_eigenvalues<3>(tag.covariance->topLeftCorner<3, 3>())[2];
+  return millimetres(std::sqrt(std::max(0.0, variance_m2)));
+}
+
+/// What the lap the map was made of says about it.
+struct MadeOf {
+  std::optional<World> world{};
+  std::optional<MappedLap> chain{};  ///< the map before it was optimised
+  std::map<TagId, TagReprojection> residuals{};
+};
+
+/// The figure of residuals is one picture: that of the first camera.
+std::vector<TagFrame> frames_of_first_camera(const RecordedLap& lap) {
+  std::vector<TagFrame> frames = lap.frames;
+  std::erase_if(frames, [&](const TagFrame& frame) {
+    const auto& others = lap.setup.more_cameras;
+    return std::ranges::find(others, frame.camera, &MountedCamera::name) != others.end();
+  });
+  return frames;
+}
+
+MadeOf look_back(const MapRun& run, const DriveRun& drive, const JobControl& control) {
+  MadeOf made;
+  if (Result<std::optional<World>> world = true_world(drive.lap); world) made.world = std::move(*world);
+  const auto& setup = drive.lap.setup;
+  if (setup.camera && setup.base_T_cam)
+    made.residuals = tag_reprojection(frames_of_first_camera(drive.lap), run.map.tags, run.trajectory,
+                                      *setup.camera, *setup.base_T_cam);
+  const Result<TeachSetup> teach = setup_of(drive.lap, {});
+  if (!teach) return made;
+  control.progress({"before optimisation: the chain of " + drive.file});
+  Result<MappedLap> chain =
+      map_lap({drive.lap.frames, drive.lap.odometry}, *teach, {.method = MapMethod::Chain});
+  if (chain) made.chain = std::move(*chain);
+  return made;
+}
+
+plot::PageTable tag_table(const MapRun& run, const MadeOf& made) {
+  plot::PageTable table{.caption = "Tags",
+                        .head = {"tag", "x [m]", "y [m]", "z [m]", "size [m]", "observations", "sigma [mm]",
+                                 "residual [px]", "worst [px]", "seen from [m]", "error [mm]"}};
+  for (const auto& [id, tag] : run.map.tags.tags) {
+    const Eigen::Vector3d& p = tag.map_T_tag.translation();
+    const auto seen = run.map.observations.find(id);
+    const auto residual = made.residuals.find(id);
+    const bool known = residual != made.residuals.end();
+    const MappedTag* truth = made.world ? made.world->tags.find(id) : nullptr;
+    table.rows.push_back(
+        {to_string(id), fmt::format("{:.3f}", p.x()), fmt::format("{:.3f}", p.y()),
+         fmt::format("{:.3f}", p.z()), fmt::format("{:.3f}", tag.size_m),
+         seen == run.map.observations.end() ? "-" : std::to_string(seen->second), sigma_mm(tag),
+         known ? fmt::format("{:.2f}", residual->second.rms_px) : "-",
+         known ? fmt::format("{:.2f}", residual->second.largest_px) : "-",
+         known ? fmt::format("{:.1f} to {:.1f}", residual->second.nearest_m, residual->second.farthest_m)
+               : "-",
+         truth == nullptr ? "-" : millimetres((p - truth->map_T_tag.translation()).norm())});
+  }
+  return table;
+}
+
+std::vector<std::string> error_row(const char* name, const TagMap& map, const Trajectory& trajectory,
+                                   const MadeOf& made, const Trajectory& truth) {
+  const TagMapErrors tags = tag_map_errors(map, made.world->tags);
+  const TrajectoryErrors way = trajectory_errors(trajectory, truth);
+  return {name,
+          millimetres(tags.rmse_m),
+          millimetres(tags.max_m),
+          fmt::format("{:.3f}", tags.orientation_rmse_deg),
+          millimetres(way.rmse_m),
+          millimetres(way.max_m)};
+}
+
+/// Only where map and world stand in the same place: the anchor tells.
+bool same_frame(const MapRun& run, const MadeOf& made) {
+  const MappedTag* truth = made.world ? made.world->tags.find(run.map.anchor) : nullptr;
+  const MappedTag* mapped = run.map.tags.find(run.map.anchor);
+  return truth != nullptr && mapped != nullptr && in_frame_of_truth(mapped->map_T_tag, truth->map_T_tag);
+}
+
+void add_before_and_after(const MapRun& run, const DriveRun& drive, const MadeOf& made,
+                          plot::PageSection& section) {
+  if (!made.chain) return;
+  const bool truth = same_frame(run, made);
+  if (truth) {
+    section.tables.push_back(
+        {.caption = "Against the truth, anchored, not aligned",
+         .head = {"", "tags, rmse [mm]", "worst [mm]", "rotation [deg]", "way, rmse [mm]", "worst [mm]"},
+         .rows = {error_row("before (chain)", made.chain->map, made.chain->trajectory, made, drive.lap.truth),
+                  error_row("after", run.map.tags, run.trajectory, made, drive.lap.truth)}});
+  }
+  std::vector<plot::PathLayer> layers;
+  if (truth) layers.push_back({"truth", drive.lap.truth, made.world->tags, plot::kTruthColor});
+  layers.push_back({"before (chain)", made.chain->trajectory, made.chain->map, plot::kTaughtColor});
+  layers.push_back({"after", run.trajectory, run.map.tags, plot::kEstimateColor});
+  section.figures.push_back({"before_after", plot::path_figure("Before and after optimisation", layers),
+                             "The chain joins tags seen in one frame; the optimised map explains all "
+                             "corners, wheels and the floor at once."});
+}
+
+}  // namespace
+
+plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const JobControl& control) {
+  plot::PageSection section{.title = (run.folder / "map.yaml").string()};
+  plot::PageTable facts{
+      .rows = {{"tags", std::to_string(run.map.tags.tags.size())}, {"anchor", to_string(run.map.anchor)}}};
+  for (const auto& [key, value] : run.map.provenance) facts.rows.push_back({key, value});
+  if (run.route)
+    facts.rows.push_back(
+        {"route", fmt::format("{:.2f} m, {}", run.route->length_m, run.route->closed ? "closed" : "open")});
+  section.tables.push_back(std::move(facts));
+  const MadeOf made = drive != nullptr ? look_back(run, *drive, control) : MadeOf{};
+  if (drive == nullptr)
+    section.words.emplace_back(
+        "The recording it was made of was not given: no residuals, nothing to compare it with.");
+  if (drive != nullptr) add_before_and_after(run, *drive, made, section);
+  section.tables.push_back(tag_table(run, made));
+  const std::vector<plot::PathLayer> layers = {{"map", run.trajectory, run.map.tags, plot::kEstimateColor}};
+  section.figures.push_back({"map", plot::path_figure("Map", layers), ""});
+  if (drive != nullptr && same_frame(run, made) && !run.trajectory.empty())
+    section.figures.push_back(
+        {"map_error",
+         plot::trajectory_error_figure("Error of the mapped way", run.trajectory, drive->lap.truth), ""});
+  return section;
+}
+
+namespace {
+
+/// Of the reference drive, for the clearance; a point when the recording does not say.
+Hull hull_of(const DriveRun& drive) {
+  const auto yaml = robot_yaml_of(drive.lap);
+  if (!yaml) return {};
+  const Result<RobotDescription> robot = parse_robot(*yaml, drive.file + ": robot.yaml");
+  return robot ? robot->model.hull : Hull{};
+}
+
+TagMap true_tags(const DriveRun& drive) {
+  const Result<std::optional<World>> world = true_world(drive.lap);
+  return world && *world ? (*world)->tags : TagMap{};
+}
+
+/// Where it drove: the truth, or the estimate; empty when it does not say.
+struct Way {
+  Trajectory poses{};
+  bool truth = false;
+};
+
+Way way_of(const DriveRun& drive) {
+  if (!drive.lap.truth.empty()) return {drive.lap.truth, true};
+  Way way;
+  for (const EstimatedPose& pose : drive.estimate) way.poses.push_back({pose.stamp, pose.map_T_base});
+  return way;
+}
+
+std::string name_of(const DriveRun& drive, const Way& way) {
+  return way.truth ? drive.file : drive.file + " (its estimate)";
+}
+
+std::vector<std::string> row(const std::string& name, const ReplayJudgement& judged) {
+  return {name,
+          fmt::format("{:.2f}", judged.distance_m),
+          std::to_string(judged.laps_completed),
+          fmt::format("{:.1f}", 1000 * judged.cross_track_rmse_m),
+          fmt::format("{:.1f}", 1000 * judged.cross_track_p95_m),
+          fmt::format("{:.1f}", 1000 * judged.cross_track_max_m),
+          fmt::format("{:.2f}", judged.heading_rmse_deg),
+          std::isfinite(judged.min_clearance_m) ? fmt::format("{:.3f}", judged.min_clearance_m) : "-"};
+}
+
+}  // namespace
+
+std::optional<plot::PageSection> comparison_section(const Runs& runs) {
+  if (runs.drives.size() < 2) return std::nullopt;
+  const DriveRun* first = nullptr;
+  Way first_way;
+  plot::PageSection section{.title = "Drives compared"};
+  section.tables.push_back(side_by_side(runs));
+  if (plot::PageTable sensors = sensors_side_by_side(runs); !sensors.rows.empty())
+    section.tables.push_back(std::move(sensors));
+  plot::PageTable table{.head = {"drive", "driven [m]", "laps", "beside, rmse [mm]", "95 % [mm]",
+                                 "worst [mm]", "heading [deg]", "nearest tag [m]"}};
+  std::vector<plot::PathLayer> layers;
+  for (const DriveRun& drive : runs.drives) {
+    Way way = way_of(drive);
+    if (way.poses.empty()) continue;
+    if (first == nullptr) {
+      first = &drive;
+      first_way = std::move(way);
+      layers.push_back({name_of(drive, first_way), first_way.poses, true_tags(drive), plot::kTruthColor});
+      continue;
+    }
+    const std::string name = name_of(drive, way);
+    const Result<ReplayJudgement> judged =
+        judge_replay(way.poses, first_way.poses, true_tags(*first), hull_of(*first));
+    if (!judged) {
+      section.words.push_back(fmt::format("{}: {}", name, to_string(judged.error())));
+      continue;
+    }
+    table.rows.push_back(row(name, *judged));
+    const auto color = plot::kPalette[layers.size() % std::size(plot::kPalette)];
+    layers.push_back({name, way.poses, {}, color});
+    section.figures.push_back(
+        {fmt::format("cross_track_{}", layers.size() - 1),
+         plot::cross_track_figure(name + " beside " + name_of(*first, first_way), way.poses, first_way.poses),
+         ""});
+  }
+  if (!table.rows.empty()) {
+    table.caption = "Beside the way of " + name_of(*first, first_way) +
+                    "; by the truth, except where an estimate is named";
+    section.tables.push_back(std::move(table));
+  }
+  if (layers.size() > 1)
+    section.figures.insert(
+        section.figures.begin(),
+        plot::PageFigure{"drives", plot::path_figure("Taught and driven again", layers), ""});
+  return section;
+}
+
 namespace {
 
 namespace fs = std::filesystem;

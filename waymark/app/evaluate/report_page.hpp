@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/app/common/lap_input.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/plot/page.hpp"

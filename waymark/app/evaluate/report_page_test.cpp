@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/evaluate/report_side_by_side.hpp"
 #include "waymark/app/localize/localize_log.hpp"
 #include "waymark/app/map/map_recording.hpp"
 

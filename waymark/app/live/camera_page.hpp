@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/convert_video.hpp"
-#include "waymark/app/common/poses.hpp"
+#include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/live/camera_watch.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/server/live_feed.hpp"

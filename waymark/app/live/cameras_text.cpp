@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/json_line.hpp"
-#include "waymark/base/printable.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

@@ -7,7 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/base/printable.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/inputs/gamepad/pad_input.hpp"
 #include "waymark/inputs/keyboard/key_input.hpp"
 #include "waymark/inputs/keyboard/line_input.hpp"

@@ -10,7 +10,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/live/ros2_node.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/robots/dds/ros_environment.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/server/http_server.hpp"

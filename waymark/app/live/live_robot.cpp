@@ -7,8 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/live/commission_limit.hpp"
-#include "waymark/base/counted.hpp"
-#include "waymark/base/printable.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/live/own_robot.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/robots/gazebo/profile.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/robots/ros2/profile.hpp"

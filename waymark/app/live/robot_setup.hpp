@@ -9,7 +9,7 @@
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/live/camera_address.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/robots/watchdog/robot_command.hpp"

@@ -4,7 +4,7 @@
 
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

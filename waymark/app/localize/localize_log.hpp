@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/camera_choice.hpp"
@@ -111,5 +111,10 @@ struct LocalizeReport {
 [[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                               const JobControl& control);
 [[nodiscard]] nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& report);
+
+/// What `waymark localize` prints: estimates, observations, where the robot was last.
+[[nodiscard]] std::string to_text(const LocalizeReport& report);
+/// What the report gives reason to doubt, and what to do about it.
+[[nodiscard]] std::vector<std::string> doubts_about(const LocalizeReport& report);
 
 }  // namespace waymark

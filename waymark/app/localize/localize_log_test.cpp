@@ -1,3 +1,4 @@
+// Where camera, mounting and map come from when a recording is localised, and what counts more.
 #include "waymark/app/localize/localize_log.hpp"
 
 #include <gmock/gmock.h>
@@ -7,11 +8,153 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/calibrate_robot/calibrate_robot.hpp"
 #include "waymark/app/evaluate/evaluate_trajectory.hpp"
-#include "waymark/app/evaluate/trajectory_doubts.hpp"
+#include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
+#include "waymark/geometry/planar.hpp"
 
 namespace waymark {
 namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+/// Three seconds of a lap, the map of its world, and robots' files.
+struct InputFiles {
+  fs::path folder = testing::fresh_folder("jobs_inputs");
+  std::string lap = test::record_lap(folder / "lap.mcap", 91, {.for_s = 3});
+  fs::path map_folder = folder / "map";
+  SE3 base_T_cam = read_robot(WAYMARK_SHARE "/robots/limo.yaml")->model.base_T_cam;
+  InputFiles() {
+    fs::create_directories(map_folder);
+    MapFile file{.tags = test::circuit().tags, .anchor = test::circuit().anchor};
+    for (auto& [tag, mapped] : file.tags.tags) mapped.covariance = Matrix6(Matrix6::Identity() * 1e-6);
+    EXPECT_TRUE(write_map(map_folder / "map.yaml", file));
+    robot("ahead.yaml", 0.1);
+    robot("map/robot.yaml", 0.2);
+  }
+  void robot(const std::string& name, double farther_m) const {
+    const auto yaml = with_camera_mounting(test::file_text(WAYMARK_SHARE "/robots/limo.yaml"),
+                                           SE3(SO3(), {farther_m, 0, 0}) * base_T_cam);
+    EXPECT_TRUE(yaml);
+    EXPECT_TRUE(write_text_file(folder / name, *yaml));
+  }
+  [[nodiscard]] LocalizeJob job() const { return {.logs = {lap}, .map = map_folder.string()}; }
+  /// How far ahead of the true place a job takes the camera to sit.
+  [[nodiscard]] double ahead_m(const LocalizeJob& wanted) const {
+    const auto inputs = read_localize_inputs(wanted, {});
+    EXPECT_TRUE(inputs) << to_string(inputs.error());
+    return inputs ? (inputs->setup.sensor.base_T_sensor.translation() - base_T_cam.translation()).x() : NAN;
+  }
+};
+
+const InputFiles& input_files() {
+  static const InputFiles made;
+  return made;
+}
+
+TEST(LocalizeInputsOf, TheRecordingSaysWhereItsCameraSitsUnlessAFileIsNamed) {
+  LocalizeJob job = input_files().job();
+  EXPECT_NEAR(input_files().ahead_m(job), 0, 1e-9) << "the recording, not the file beside the map";
+  job.robot = (input_files().folder / "ahead.yaml").string();
+  EXPECT_NEAR(input_files().ahead_m(job), 0.1, 1e-9);
+  const auto inputs = read_localize_inputs(job, {});
+  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("10.0 cm"))) << "where they disagree is said";
+}
+
+TEST(LocalizeInputsOf, TheFileBesideTheMapHelpsARecordingThatDoesNotKnow) {
+  const fs::path table = input_files().folder / "tags.csv";
+  ASSERT_TRUE(
+      write_text_file(table,
+                      "t_ns,camera,tag,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_y_px\n"
+                      "1000,cam,0,10,20,30,20,30,40,10,40\n"));
+  LocalizeJob job = input_files().job();
+  job.logs = {table.string()};
+  EXPECT_NEAR(input_files().ahead_m(job), 0.2, 1e-9);
+  job.map = (input_files().map_folder / "map.yaml").string();
+  EXPECT_NEAR(input_files().ahead_m(job), 0.2, 1e-9) << "of the folder that the file is in";
+  const fs::path alone = input_files().folder / "alone.yaml";
+  fs::copy_file(input_files().map_folder / "map.yaml", alone, fs::copy_options::overwrite_existing);
+  job.map = alone.string();
+  const auto nobody = read_localize_inputs(job, {});
+  ASSERT_FALSE(nobody);
+  EXPECT_THAT(nobody.error().hint, HasSubstr("--robot"));
+}
+
+TEST(LocalizeInputsOf, ACalibrationCountsMoreThanBoth) {
+  Calibration calibration;
+  calibration.values["mounting_x_m"] = {.value = input_files().base_T_cam.translation().x() + 0.3,
+                                        .sigma = 0.001};
+  calibration.values["yaw_gain"] = {.value = 0.95, .sigma = 0.01};
+  const fs::path file = input_files().folder / "calibration.yaml";
+  fs::remove(file);
+  ASSERT_TRUE(write_calibration(file, calibration));
+  LocalizeJob job = input_files().job();
+  job.robot = (input_files().folder / "ahead.yaml").string();
+  job.calibration = file.string();
+  EXPECT_NEAR(input_files().ahead_m(job), 0.3, 1e-9);
+  EXPECT_EQ(read_localize_inputs(job, {})->setup.filter.yaw_gain, 0.95);
+  job.calibration = "/nowhere.yaml";
+  EXPECT_FALSE(read_localize_inputs(job, {}));
+}
+
+TEST(LocalizeInputsOf, SamplesOfAllFilesAreInOrderAndCounted) {
+  const fs::path ranges = input_files().folder / "ranges.csv";
+  ASSERT_TRUE(write_text_file(ranges, "t_s,landmark,range_m,bearing_rad\n2,3,1,0\n1,4,1,0\n"));
+  LocalizeJob job = input_files().job();
+  const std::size_t alone = read_localize_inputs(job, {})->observations;
+  job.logs.push_back(ranges.string());
+  const auto inputs = read_localize_inputs(job, {});
+  ASSERT_TRUE(inputs) << to_string(inputs.error());
+  EXPECT_TRUE(std::ranges::is_sorted(inputs->samples, {}, stamp_of));
+  EXPECT_EQ(inputs->observations, alone + 2);
+  EXPECT_TRUE(inputs->mounting_guessed);
+  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("--sensor-pose")));
+  job.sensor_pose = {0.5, 0, 90};
+  const auto placed = read_localize_inputs(job, {});
+  ASSERT_TRUE(placed);
+  EXPECT_FALSE(placed->mounting_guessed);
+  EXPECT_TRUE(placed->planar_sensor);
+  EXPECT_NEAR(project_to_plane(placed->setup.sensor.base_T_sensor).yaw(), M_PI / 2, 1e-12);
+}
+
+TEST(LocalizeInputsOf, ARecordingWithoutObservationsIsAnErrorThatNamesIt) {
+  const fs::path wheels = input_files().folder / "wheels.csv";
+  ASSERT_TRUE(write_text_file(wheels, "t_s,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s\n1,0,0,0,0,0\n"));
+  LocalizeJob job = input_files().job();
+  job.logs = {wheels.string()};
+  const auto inputs = read_localize_inputs(job, {});
+  ASSERT_FALSE(inputs);
+  EXPECT_EQ(inputs.error().code, ErrorCode::NotFound);
+  EXPECT_EQ(inputs.error().place.source, wheels.string());
+}
+
+TEST(LocalizeInputsOf, ASizeThatTheMapKnowsItselfIsNotUsedAndThatIsSaid) {
+  LocalizeJob job = input_files().job();
+  job.tag_size_m = 0.5;
+  const auto inputs = read_localize_inputs(job, {});
+  ASSERT_TRUE(inputs);
+  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("--tag-size-m is not used")));
+}
+
+TEST(LocalizeLogOutput, WhatItWasMadeWithIsWrittenIntoTheRecording) {
+  LocalizeJob job = input_files().job();
+  job.output = (input_files().folder / "out.mcap").string();
+  job.filter.corner_sigma_px = 0.77;
+  job.adapt = false;
+  fs::remove(job.output);
+  const auto inputs = read_localize_inputs(job, {});
+  ASSERT_TRUE(inputs);
+  ASSERT_TRUE(localize(job, *inputs, {}));
+  const auto lap = read_lap_file(job.output);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_EQ(lap->setup.metadata.at("waymark").at("method"), "riekf");
+  EXPECT_EQ(lap->setup.metadata.at("waymark").at("source"), "lap.mcap");
+  EXPECT_THAT(lap->attachments.at("options.yaml"), HasSubstr("corner_sigma_px: 0.77"));
+  EXPECT_FALSE(lap->odometry.empty()) << "the motion comes along";
+  EXPECT_FALSE(lap->truth.empty());
+  EXPECT_TRUE(lap->frames.empty());
+}
 
 namespace fs = std::filesystem;
 using ::testing::Contains;

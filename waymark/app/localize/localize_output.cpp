@@ -7,7 +7,7 @@
 
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/common/lap_input.hpp"
-#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"

@@ -9,8 +9,8 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
-#include "waymark/app/evaluate/trajectory_text.hpp"
-#include "waymark/app/localize/localize_text.hpp"
+#include "waymark/app/evaluate/evaluate_trajectory.hpp"
+#include "waymark/app/localize/localize_log.hpp"
 #include "waymark/config/trajectory_file.hpp"
 
 namespace waymark {

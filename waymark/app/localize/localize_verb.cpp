@@ -6,10 +6,8 @@
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/live/camera_address.hpp"
 #include "waymark/app/live/live_page.hpp"
-#include "waymark/app/localize/localize_kind.hpp"
 #include "waymark/app/localize/localize_live.hpp"
 #include "waymark/app/localize/localize_log.hpp"
-#include "waymark/app/localize/localize_text.hpp"
 
 namespace waymark::cli {
 namespace {

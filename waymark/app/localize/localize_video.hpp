@@ -2,8 +2,8 @@
 
 #include <functional>
 
-#include "waymark/app/common/camera_moment.hpp"
-#include "waymark/app/common/convert_video.hpp"
+#include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/localize/camera_moment.hpp"
 #include "waymark/app/localize/localize_log.hpp"
 
 /// `waymark localize walk.mp4`: where a camera that is carried by hand was, by a map of the tags it saw.

@@ -1,17 +1,120 @@
 #include "waymark/app/map/convert_map.hpp"
 
 #include <filesystem>
+#include <fstream>
+#include <set>
 #include <system_error>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/lap_input.hpp"
-#include "waymark/app/map/map_transforms.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/cdr_channels.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
+namespace {
+
+/// The transforms of tags, the last of each.
+struct TagTransforms {
+  std::map<TagId, ros2::TransformStamped> in_map{};
+  std::set<std::string> elsewhere{};  ///< tags that were seen from another frame, and that frame
+
+  void take(const ros2::TransformStamped& transform) {
+    const Result<TagId> tag = parse_tag_id(transform.child_frame_id);
+    if (!tag) return;
+    const std::string& parent = transform.header.frame_id;
+    if (parent == ros2::kMapFrame || parent == "/map")
+      in_map[*tag] = transform;
+    else
+      elsewhere.insert(fmt::format("{} (from {})", transform.child_frame_id, parent));
+  }
+};
+
+Result<TagTransforms> transforms_of(const std::filesystem::path& path, const JobControl& control) {
+  const auto log = open_log(path, control.log_options());
+  if (!log) return tl::unexpected(log.error());
+  LogSelection selection;
+  for (const LogChannel& channel : (*log)->channels()) {
+    if (channel.type == ros2::TFMessage::kType) selection.topics.insert(channel.topic);
+  }
+  TagTransforms found;
+  if (selection.topics.empty()) return found;
+  CdrChannels channels([](LogProblem::Kind, const std::string&, const Error&) {});
+  const Status status =
+      (*log)->visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
+        const auto cdr = channels.convert(channel, message);
+        if (!cdr || !cdr->channel->known_layout) return {};
+        const auto transforms = cdr::decode<ros2::TFMessage>(cdr->data);
+        if (!transforms) return tl::unexpected(transforms.error());
+        for (const ros2::TransformStamped& transform : transforms->transforms) found.take(transform);
+        return {};
+      });
+  if (!status) return tl::unexpected(status.error());
+  return found;
+}
+
+/// As `tf2_echo` would write it: the form that parse_any_map() reads.
+std::string yaml_of(const TagTransforms& found) {
+  std::string text = "transforms:\n";
+  for (const auto& [tag, transform] : found.in_map) {
+    const auto& p = transform.translation;
+    const auto& q = transform.rotation;
+    text += fmt::format(
+        "- child_frame_id: \"{}\"\n"
+        "  transform:\n"
+        "    translation: {{x: {}, y: {}, z: {}}}\n"
+        "    rotation: {{x: {}, y: {}, z: {}, w: {}}}\n",
+        to_string(tag), p.x, p.y, p.z, q.x, q.y, q.z, q.w);
+  }
+  return text;
+}
+
+}  // namespace
+
+bool is_ros_recording(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  std::string first(7, '\0');
+  file.read(first.data(), static_cast<std::streamsize>(first.size()));
+  return first.starts_with("\x89MCAP0") || first == "#ROSBAG";
+}
+
+Result<ReadMap> read_map_transforms(const std::filesystem::path& path, std::optional<double> tag_size_m,
+                                    const JobControl& control) {
+  const Result<TagTransforms> found = transforms_of(path, control);
+  if (!found) return tl::unexpected(found.error());
+  if (found->in_map.empty())
+    return fail(ErrorCode::NotFound, "no transform from the frame map to a tag is in it",
+                {.source = path.string()},
+                "Tags are frames named tag36h11:7, say; make a map of what was seen with `waymark map`.");
+  Result<ReadMap> map = parse_any_map(yaml_of(*found), path.string(), tag_size_m);
+  if (map && !found->elsewhere.empty())
+    map->warnings.push_back(fmt::format("what was seen from other frames than map was passed over: {}",
+                                        fmt::join(found->elsewhere, ", ")));
+  return map;
+}
+
+Status write_map_transforms(const std::filesystem::path& path, const MapFile& map) {
+  Result<std::unique_ptr<ByteSink>> file = create_file(path);
+  if (!file) return tl::unexpected(file.error());
+  Result<SampleRecorder> recorder =
+      SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
+  if (!recorder) return tl::unexpected(recorder.error());
+  ros2::TFMessage message;
+  for (const auto& [tag, mapped] : map.tags.tags)
+    message.transforms.push_back(
+        ros2::to_ros_transform(SensorTime{}, ros2::kMapFrame, to_string(tag), mapped.map_T_tag));
+  Status status = recorder->add_message(topics::kTfStatic, SensorTime{}, message);
+  return status ? recorder->close() : status;
+}
+
 namespace {
 
 std::string name_of(MapForm form) { return map_form_names()[static_cast<std::size_t>(form)]; }

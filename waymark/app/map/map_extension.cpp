@@ -1,9 +1,10 @@
+#include "waymark/app/map/map_extension.hpp"
+
 #include <algorithm>
 
 #include <fmt/format.h>
 
 #include "waymark/app/common/route_files.hpp"
-#include "waymark/app/map/map_steps.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"

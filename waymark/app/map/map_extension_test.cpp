@@ -1,10 +1,11 @@
 // A lap that improves a map: which tags stay, go and count, and laps of robots that keep no corners.
+#include "waymark/app/map/map_extension.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/map/map_steps.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/camera_body.hpp"

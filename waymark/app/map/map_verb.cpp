@@ -11,8 +11,7 @@
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/map/map_words.hpp"
-#include "waymark/app/video/map_text.hpp"
-#include "waymark/app/video/map_video_description.hpp"
+#include "waymark/app/video/map_video.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/route_files.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/replay/route_progress.hpp"

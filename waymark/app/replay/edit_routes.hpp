@@ -8,7 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/samples/route.hpp"
 
 /// `waymark routes`: the routes of a map's folder, and where the robot pauses on them.

@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "waymark/app/common/fresh_file.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/session_viewers.hpp"
 

@@ -8,10 +8,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/figure_files.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/app/common/staged_folder.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/route_file.hpp"

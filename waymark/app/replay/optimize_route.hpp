@@ -5,7 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/replay/route_optimizer.hpp"
 
 /// `waymark optimize`: a faster or smoother route beside a taught one.

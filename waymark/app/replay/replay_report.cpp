@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/replay/replay_route.hpp"
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

@@ -13,7 +13,7 @@
 #include "waymark/app/replay/live_replay.hpp"
 #include "waymark/app/replay/replay_log.hpp"
 #include "waymark/app/replay/robot_difference.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"

@@ -10,11 +10,10 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/replay_setup.hpp"
-#include "waymark/app/common/stopwatch.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/replay/replay_notes.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 
 namespace waymark {

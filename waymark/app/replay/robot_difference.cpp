@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/base/printable.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/share.hpp"
 
 namespace waymark {

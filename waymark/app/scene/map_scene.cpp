@@ -6,11 +6,11 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
-#include "waymark/app/common/staged_folder.hpp"
-#include "waymark/app/common/stopwatch.hpp"
 #include "waymark/app/scene/scene_recording.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/tagslam_folder.hpp"
 #include "waymark/config/tagslam_write.hpp"

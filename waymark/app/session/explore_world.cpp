@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/estimate_message.hpp"
-#include "waymark/app/common/stopwatch.hpp"
+#include "waymark/app/common/job_control.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"

@@ -8,7 +8,7 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
 #include "waymark/replay/explore.hpp"
 

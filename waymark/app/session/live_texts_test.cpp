@@ -8,7 +8,7 @@
 
 #include "waymark/app/doctor/doctor_job.hpp"
 #include "waymark/app/live/cameras_text.hpp"
-#include "waymark/app/localize/localize_lines.hpp"
+#include "waymark/app/localize/localize_live.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/figure_files.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/evaluate/report_page.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/plot/loop_figures.hpp"

@@ -7,7 +7,7 @@
 #include "waymark/app/map/map_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 
 namespace waymark {
 

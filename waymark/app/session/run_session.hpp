@@ -11,7 +11,7 @@
 #include "waymark/app/replay/replay_route.hpp"
 #include "waymark/app/session/session_files.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/runtime/operator_session.hpp"
 
 /// The operator's session with its files: teach, map, replay, with one button.

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/app/common/fresh_file.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/config/text_file.hpp"
 
 namespace waymark {

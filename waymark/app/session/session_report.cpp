@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/session/run_session.hpp"
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 

@@ -9,9 +9,9 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/app/common/profile_table.hpp"
-#include "waymark/app/detect/write_samples.hpp"
 #include "waymark/app/map/map_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
+#include "waymark/app/samples/write_samples.hpp"
 #include "waymark/app/session/explore_world.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
 #include "waymark/app/world/simulate_like.hpp"

@@ -6,10 +6,9 @@
 
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/app/common/stopwatch.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/live/start_recording.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/pipeline/teacher.hpp"
 
 namespace waymark {

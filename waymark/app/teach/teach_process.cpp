@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "waymark/app/common/fresh_file.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/live/inputs.hpp"
 #include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/session_viewers.hpp"

@@ -1,27 +1,35 @@
 #include "waymark/app/video/map_video.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/lap_input.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
-#include "waymark/app/common/staged_folder.hpp"
-#include "waymark/app/common/stopwatch.hpp"
 #include "waymark/app/video/video_scene.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/fmap_layout.hpp"
+#include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/tagslam_write.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/wpilib_layout.hpp"
 #include "waymark/mapping/scene/corner_consistency.hpp"
 #include "waymark/mapping/scene/scene_checks.hpp"
+#include "waymark/replay/lap_closing.hpp"
 
 namespace waymark {
 namespace {
@@ -265,6 +273,351 @@ Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder
   report->warnings.insert(report->warnings.begin(), warnings.begin(), warnings.end());
   if (Status status = write_all(job, watch, *report); !status) return tl::unexpected(status.error());
   return report;
+}
+
+nlohmann::ordered_json to_json(const MapVideoReport& report) {
+  const auto list = [](const Eigen::Vector3d& v) {
+    return nlohmann::ordered_json::array({v.x(), v.y(), v.z()});
+  };
+  nlohmann::ordered_json tags = nlohmann::ordered_json::array();
+  for (const auto& [id, tag] : report.file.tags.tags)
+    tags.push_back({{"tag", to_string(id)},
+                    {"map_t_tag_m", list(tag.map_T_tag.translation())},
+                    {"sigma_m", list(position_sigma_m(tag))},
+                    {"observations", report.file.observations.at(id)}});
+  nlohmann::ordered_json beside = nlohmann::ordered_json::array();
+  for (const TagBesidePrior& tag : report.beside)
+    beside.push_back({{"tag", to_string(tag.tag)},
+                      {"off_m", list(tag.off_m)},
+                      {"sigma_m", list(tag.sigma_m)},
+                      {"turned_rad", tag.turned_rad}});
+  nlohmann::ordered_json distances = nlohmann::ordered_json::array();
+  for (const MeasuredResidual& d : report.measured)
+    distances.push_back({{"tags", {to_string(d.given.a), to_string(d.given.b)}},
+                         {"measured_m", d.given.measured_m},
+                         {"sigma_m", d.given.sigma_m},
+                         {"found_m", d.found_m},
+                         {"off_sigma", (d.found_m - d.given.measured_m) / d.given.sigma_m}});
+  nlohmann::ordered_json intrinsics = nlohmann::ordered_json::object();
+  for (const FoundIntrinsics& lens : report.map.intrinsics) {
+    for (Eigen::Index i = 0; i < lens.found.size(); ++i)
+      intrinsics[lens.names[static_cast<std::size_t>(i)]] = {{"given", lens.given[i]},
+                                                             {"given_sigma", lens.prior_sigma[i]},
+                                                             {"found", lens.found[i]},
+                                                             {"sigma", lens.sigma[i]}};
+  }
+  return {{"pictures", report.pictures},
+          {"pictures_with_pose", report.trajectory.size()},
+          {"anchor", to_string(report.file.anchor)},
+          {"tags", std::move(tags)},
+          {"beside_prior", std::move(beside)},
+          {"observations", report.map.observations.seen.size()},
+          {"rejected_observations", report.map.rejected.size()},
+          {"noise_px", report.map.noise_px},
+          {"reprojection_mean_px", report.map.reprojection_mean_px},
+          {"correlated_pictures", report.map.correlated_frames},
+          {"corner_chi2_per_dof", report.corner_chi2_per_dof},
+          {"size_scale", report.map.size_scale},
+          {"size_scale_sigma", report.map.size_sigma},
+          {"distances", std::move(distances)},
+          {"intrinsics", std::move(intrinsics)},
+          {"files", report.files},
+          {"wall_s", report.wall_s},
+          {"warnings", report.warnings}};
+}
+
+namespace {
+
+constexpr double kPriorSigma_deg = 2;  // where only the places of a prior were said to be known so well
+
+std::vector<std::string> split_at_commas(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    if (end > begin) parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+std::optional<double> number_in(const std::string& text) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, problem] = std::from_chars(text.data(), end, value);
+  return problem == std::errc() && stop == end ? std::optional(value) : std::nullopt;
+}
+
+/// Adds the tags of "3,7" or "tag36h11:3".
+Status add_tags(const std::string& text, const char* flag, std::vector<TagId>& tags) {
+  for (const std::string& name : split_at_commas(text)) {
+    Result<TagId> tag = tag_named(name);
+    if (!tag) {
+      tag.error().place.key = flag;
+      return tl::unexpected(tag.error());
+    }
+    tags.push_back(*tag);
+  }
+  return {};
+}
+
+/// A tag lies on the floor or hangs on a wall, not both.
+Status check_levels(const MapVideoJob& job) {
+  for (const TagId& tag : job.floor)
+    if (std::ranges::find(job.upright, tag) != job.upright.end())
+      return fail(
+          ErrorCode::InvalidArgument,
+          fmt::format("{} is also given with --floor, and a tag cannot both lie on the floor and hang "
+                      "upright on a wall",
+                      to_string(tag)),
+          {.key = "--upright"}, "Leave it out of one of the two.");
+  return {};
+}
+
+Result<MeasuredDistance> distance_named(const std::string& text) {
+  const std::vector<std::string> parts = split_at_commas(text);
+  const auto wrong = [&] {
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no distance between two tags", text),
+                {.key = "--distance"},
+                "Two ids and metres: 3,7,2.41, with a standard deviation 3,7,2.41,0.002.");
+  };
+  if (parts.size() != 3 && parts.size() != 4) return wrong();
+  const Result<TagId> a = tag_named(parts[0]);
+  const Result<TagId> b = tag_named(parts[1]);
+  MeasuredDistance distance;
+  if (!a || !b || *a == *b) return wrong();
+  distance.a = *a;
+  distance.b = *b;
+  const auto length = number_in(parts[2]);
+  const auto sigma = parts.size() == 4 ? number_in(parts[3]) : std::optional(distance.sigma_m);
+  if (!length || !sigma || !(*length > 0 && *length < 1e4) || !(*sigma > 0 && *sigma < 1e3)) return wrong();
+  distance.measured_m = *length;
+  distance.sigma_m = *sigma;
+  return distance;
+}
+
+/// The camera, its uncertainty and its shutter.
+Result<MapVideoJob> job_with_camera(const MapVideoDescription& description) {
+  Result<DescribedCamera> read = read_camera(description.camera);
+  if (!read) return tl::unexpected(read.error());
+  return MapVideoJob{.camera = read->camera,
+                     .intrinsics_sigma = std::move(read->intrinsics_sigma),
+                     .readout_s = read->readout_s};
+}
+
+Status read_prior(const MapVideoDescription& description, double tag_size_m, MapVideoJob& job) {
+  if (description.prior.empty()) return {};
+  job.prior_sigma_m = description.prior_sigma_m;
+  if (description.prior_sigma_deg || description.prior_sigma_m)
+    job.prior_sigma_rad = to_radians(description.prior_sigma_deg.value_or(kPriorSigma_deg));
+  Result<LandmarksFile> prior = read_landmarks(description.prior, tag_size_m);
+  if (!prior) return tl::unexpected(prior.error());
+  job.prior = std::move(prior->tags);
+  job.field = prior->field;
+  return {};
+}
+
+}  // namespace
+
+Result<MapVideoJob> described_map_video(const MapVideoDescription& description,
+                                        std::optional<double> tag_size_m) {
+  if (description.camera.file.empty())
+    return fail(ErrorCode::InvalidArgument, "a video says nothing about its camera", {.key = "--camera"},
+                "Give its calibration: --camera calibration.yaml. `waymark calibrate camera` makes one.");
+  if (!tag_size_m)
+    return fail(ErrorCode::InvalidArgument, "a video does not say how large its tags are",
+                {.key = "--tag-size-m"},
+                "Measure the side of the black square, for example --tag-size-m 0.165.");
+  Result<MapVideoJob> job = job_with_camera(description);
+  if (!job) return job;
+  Status status = add_tags(description.anchor, "--anchor", job->anchors);
+  const auto add = [&](const std::vector<std::string>& texts, const char* flag, std::vector<TagId>& tags) {
+    for (const std::string& text : texts)
+      if (status) status = add_tags(text, flag, tags);
+  };
+  add(description.upright, "--upright", job->upright);
+  add(description.floor, "--floor", job->floor);
+  for (const std::string& plane : description.planes) add({plane}, "--plane", job->planes.emplace_back());
+  if (status) status = check_levels(*job);
+  if (!status) return tl::unexpected(status.error());
+  for (const std::string& text : description.distances) {
+    const Result<MeasuredDistance> distance = distance_named(text);
+    if (!distance) return tl::unexpected(distance.error());
+    job->distances.push_back(*distance);
+  }
+  job->sizes.default_size_m = *tag_size_m;
+  job->size_sigma = description.tag_size_sigma_m / *tag_size_m;
+  job->level_sigma_rad = to_radians(description.level_sigma_deg);
+  status = read_prior(description, *tag_size_m, *job);
+  return status ? job : tl::unexpected(status.error());
+}
+
+Result<MapVideoJob> described_map_video(const MapVideoDescription& description, const MapJob& common) {
+  Result<MapVideoJob> job = described_map_video(description, common.overrides.tag_size_m);
+  if (!job) return job;
+  for (const auto& [tag, size_m] : common.overrides.size_by_tag_m) job->sizes.size_by_tag_m[tag] = size_m;
+  job->folder = common.folder;
+  job->videos = {common.lap};
+  job->videos.insert(job->videos.end(), common.more.begin(), common.more.end());
+  job->map_T_anchor = common.overrides.map_T_anchor;
+  job->search = common.options.bundle.search;
+  return job;
+}
+
+Status check_effects(const MapVideoDescription& of, const GivenFlags& given) {
+  FlagRefusals refused(given);
+  refused.flags(true,
+                {"--robot", "--method", "--world", "--extend", "--route-name", "--freeze", "--remove",
+                 "--model", "--map-sigma", "--against", "--tagslam", "--base-frame", "--camera-frame",
+                 "--camera-topic", "--imu-topic", "--odometry-topic"},
+                kNotOfVideos, kNoRobot);
+  refused.flags(of.prior.empty(), {"--prior-sigma-m", "--prior-sigma-deg"}, "this is about an older map",
+                "Give it with --prior.");
+  refused.flags(of.upright.empty() && of.floor.empty() && of.planes.empty(), {"--level-sigma-deg"},
+                "no tag is said to be level", "Give it with --upright, --floor or --plane.");
+  refused.flags(of.anchor.find(',') != std::string::npos || of.prior_sigma_m || of.prior_sigma_deg,
+                {"--anchor-pose"}, "the tags of --prior hold this map",
+                "Leave it out, or give one --anchor and neither --prior-sigma-m nor --prior-sigma-deg.");
+  return refused.status();
+}
+
+Status check_no_video(const GivenFlags& given) {
+  FlagRefusals refused(given);
+  refused.flags(true, {"--camera", "--camera-name", "--camera-size"}, "a recording brings its camera along",
+                "Give --robot for a recording without a calibration; --camera is that of a video.");
+  refused.flags(true,
+                {"--readout-ms", "--tag-size-sigma-m", "--distance", "--upright", "--floor", "--plane",
+                 "--level-sigma-deg", "--prior-sigma-m", "--prior-sigma-deg"},
+                "this is about videos", "Leave it out.");
+  return refused.status();
+}
+
+namespace {
+
+/// What of the lap a gyro covered, where there is one that is missing somewhere.
+std::string gyro_in_words(const BundleFigures& b) {
+  constexpr double kWorthSaying = 0.005;
+  if (b.without_gyro_share < kWorthSaying || b.without_gyro_share == 1) return {};
+  const char* what = b.turns_by_gyro ? "turns there are those of the wheels, with a scale of their own"
+                                     : "turns are those of the odometry all along";
+  return fmt::format("the gyro is missing from {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
+}
+
+/// How much of the lap the route does not hold, if that is more than the usual overlap.
+std::string repetition_in_words(const MappedLap& lap) {
+  if (lap.route_repeated_m <= kUsualOverlap_m) return {};
+  return fmt::format("the last {:.2f} m of the lap repeat the route and are not part of it\n",
+                     lap.route_repeated_m);
+}
+
+}  // namespace
+
+std::string to_text(const MapReport& report, const std::string& folder) {
+  const MappedLap& lap = report.lap;
+  std::string text = fmt::format("{}: {} tags from {} frames by method {}; {} route of {:.2f} m\n", folder,
+                                 lap.map.tags.size(), lap.frames, report.method,
+                                 lap.route.closed ? "closed" : "open", lap.route.length_m);
+  text += repetition_in_words(lap);
+  if (report.tag_errors) {
+    const TagMapErrors& e = *report.tag_errors;
+    text += fmt::format(
+        "against the truth, anchored, not aligned:\n"
+        "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
+        e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
+  }
+  if (report.trajectory_errors && !report.tag_errors)
+    text += report.truth_aligned
+                ? "against the true trajectory, after alignment (where the anchor stands was not told):\n"
+                : "against the true trajectory, not aligned:\n";
+  if (report.trajectory_errors)
+    text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
+                        report.trajectory_errors->max_m);
+  if (lap.bundle) {
+    const BundleFigures& b = *lap.bundle;
+    text += fmt::format(
+        "corners within {:.2f} px (rms); the farthest tag moved {:.3f} m from where the chain had it\n",
+        b.rms_px, b.moved_m);
+    if (b.odometry_scales_sigma.distance > 0)
+      text += fmt::format(
+          "what the wheels say must be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} +- {:.3f} "
+          "(turns)\n",
+          b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
+          b.odometry_scales_sigma.yaw);
+    text += gyro_in_words(b);
+  }
+  if (lap.bundle && lap.bundle->loop) {
+    const LoopClosure& loop = *lap.bundle->loop;
+    text += fmt::format(
+        "the way closes at {} after {:.1f} m: the wheels alone would be {:.3f} m and {:.1f} deg off there, "
+        "adjusted its observations agree within {:.3f} m\n",
+        to_string(loop.tag), loop.way_m, loop.before_m, to_degrees(loop.before_rad), loop.after_m);
+  }
+  if (report.poses) {
+    const PoseLapFigures& p = *report.poses;
+    text += fmt::format(
+        "observations within {:.3f} m (rms); wheels to be multiplied by {:.4f} +- {:.4f} (distances) and "
+        "{:.3f} "
+        "+- "
+        "{:.3f} (turns)\n",
+        p.rms_m, p.scales.distance, p.scales_sigma.distance, p.scales.yaw, p.scales_sigma.yaw);
+  }
+  if (report.prior_agreeing)
+    text +=
+        fmt::format("{} tags stand where the prior map has them, within {:.3f} m (rms, after alignment)\n",
+                    *report.prior_agreeing, report.prior_rms_m);
+  if (lap.bundle && report.extends)
+    text += fmt::format("{} tags agree with the map that is extended\n", lap.bundle->prior_agreeing);
+  if (!report.set_aside.empty())
+    text += fmt::format("what stood there before has a number in its name now: {}\n",
+                        fmt::join(report.set_aside, ", "));
+  return text;
+}
+
+std::string to_text(const MapSceneReport& report, const std::string& folder) {
+  const nlohmann::ordered_json json = to_json(report);
+  std::string text =
+      fmt::format("{}: {} tags from {} observations in {} frames\n", folder, json["tags"].get<std::size_t>(),
+                  report.map.observations.seen.size(), report.frames);
+  text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
+                      report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
+                      report.map.cost);
+  if (report.against)
+    text += fmt::format(
+        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with --model "
+        "tagslam)\n",
+        report.against->cost, 100 * (report.map.cost / report.against->cost - 1));
+  return text;
+}
+
+std::string to_text(const MapVideoReport& report, const std::string& folder) {
+  std::string text =
+      fmt::format("{}: {} from {} ({} with a pose)\n", folder, counted(report.file.tags.tags.size(), "tag"),
+                  counted(report.pictures, "picture"), report.trajectory.size());
+  text += fmt::format(
+      "corners within {:.2f} px (mean), noise {:.2f} px; {:.1f} successive pictures count as one\n",
+      report.map.reprojection_mean_px, report.map.noise_px, report.map.correlated_frames);
+  for (const FoundIntrinsics& lens : report.map.intrinsics)
+    text += fmt::format("focal length {:.1f} +- {:.1f} px (given {:.1f} +- {:.1f})\n", lens.found[0],
+                        lens.sigma[0], lens.given[0], lens.prior_sigma[0]);
+  if (!report.measured.empty())
+    text += fmt::format("tags are {:.4f} +- {:.4f} times as large as given\n", report.map.size_scale,
+                        report.map.size_sigma);
+  for (const MeasuredResidual& d : report.measured)
+    text += fmt::format("{} to {}: {:.4f} m in the map, measured {:.4f} m, {:+.1f} sigma\n",
+                        to_string(d.given.a), to_string(d.given.b), d.found_m, d.given.measured_m,
+                        (d.found_m - d.given.measured_m) / d.given.sigma_m);
+  text += "  tag                   x m      y m      z m   sigma x  sigma y  sigma z m  pictures\n";
+  for (const auto& [id, tag] : report.file.tags.tags) {
+    const Eigen::Vector3d& p = tag.map_T_tag.translation();
+    const Eigen::Vector3d s = position_sigma_m(tag);
+    text += fmt::format("  {:<16}{:>9.4f}{:>9.4f}{:>9.4f}{:>10.4f}{:>9.4f}{:>9.4f}{:>12}{}\n", to_string(id),
+                        p.x(), p.y(), p.z(), s.x(), s.y(), s.z(), report.file.observations.at(id),
+                        id == report.file.anchor ? "   anchor" : "");
+  }
+  for (const TagBesidePrior& tag : report.beside)
+    text += fmt::format(
+        "{} stands {:+.4f} {:+.4f} {:+.4f} m (x y z) from where the prior map has it, turned {:.1f} deg\n",
+        to_string(tag.tag), tag.off_m.x(), tag.off_m.y(), tag.off_m.z(), to_degrees(tag.turned_rad));
+  return text;
 }
 
 }  // namespace waymark

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/app/common/staged_folder.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/sdf/write_sdf_robot.hpp"

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/simulation/world.hpp"

@@ -1,21 +1,317 @@
+// From what a world in SDF shows to a world of ours: world_of().
 #include "waymark/app/world/import_world.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/app/common/staged_folder.hpp"
 #include "waymark/app/world/lay_world.hpp"
 #include "waymark/base/angles.hpp"
+#include "waymark/base/error.hpp"
+#include "waymark/codecs/image_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/world_file.hpp"
+#include "waymark/samples/tag_map.hpp"
 #include "waymark/sdf/read_sdf.hpp"
+#include "waymark/sdf/sdf_scene.hpp"
+#include "waymark/sdf/texture_place.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
+namespace {
+
+/// A tag that is painted on a visual.
+struct PaintedTag {
+  TagId tag{};
+  MappedTag placed{};       ///< pose (frame world) and size
+  std::size_t visual = 0;   ///< index in SdfScene::visuals
+  double margin_cells = 0;  ///< white around its total width, to the nearest edge of the picture
+  double error = 0;         ///< largest difference of a side from the mean, as a share of it
+};
+
+struct PaintedTags {
+  std::vector<PaintedTag> tags{};       ///< in the order of the visuals, faces as triangles_of() has them
+  std::vector<std::string> warnings{};  ///< pictures that cannot be read, tags that are mirrored or stretched
+};
+
+/// Corners of a tag in the texture, and the white around it in cells.
+struct TextureTag {
+  TagId tag{};
+  std::array<Eigen::Vector2d, 4> uv{};
+  double margin_cells = 0;
+};
+
+/// The picture, enlarged where its cells would be few pixels, in a white frame: a tag may fill the whole of
+/// it.
+struct Framed {
+  Image image;
+  int enlarged = 1;
+  int frame_px = 0;
+};
+
+Framed framed(const Image& picture) {
+  constexpr int kSide_px = 400;
+  const int shorter = std::min(picture.width(), picture.height());
+  const int times = std::max(1, (kSide_px + shorter - 1) / shorter);
+  const int frame = std::max(picture.width(), picture.height()) * times / 4;
+  Framed made{Image(picture.width() * times + 2 * frame, picture.height() * times + 2 * frame, 255), times,
+              frame};
+  for (int y = 0; y < picture.height() * times; ++y)
+    for (int x = 0; x < picture.width() * times; ++x)
+      made.image.row(y + frame)[x + frame] = picture.row(y / times)[x / times];
+  return made;
+}
+
+double margin_of(const TagDetection& found, const Framed& picture) {
+  const Family& layout = family(found.tag.family);
+  const auto side_px = (found.corners_px[1] - found.corners_px[0]).norm();
+  double least_px = 1e9;
+  for (const Eigen::Vector2d& corner : found.corners_px) {
+    const Eigen::Vector2d in = corner - Eigen::Vector2d::Constant(picture.frame_px);
+    const double width = picture.image.width() - 2.0 * picture.frame_px;
+    const double height = picture.image.height() - 2.0 * picture.frame_px;
+    least_px = std::min({least_px, in.x(), in.y(), width - in.x(), height - in.y()});
+  }
+  const double cell_px = side_px / layout.width_at_border;
+  return std::max(0.0, least_px / cell_px - (layout.total_width - layout.width_at_border) / 2.0);
+}
+
+Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder& finder) {
+  const Result<Image> picture = read_image(file);
+  if (!picture) return tl::unexpected(picture.error());
+  const Framed large = framed(*picture);
+  const Result<FoundTags> found = find_tags(large.image, finder, nullptr);
+  if (!found) return tl::unexpected(found.error());
+  std::vector<TextureTag> tags;
+  for (const TagDetection& detection : found->detections) {
+    TextureTag tag{.tag = detection.tag, .margin_cells = margin_of(detection, large)};
+    std::ranges::transform(
+        detection.corners_px, tag.uv.begin(), [&](const Eigen::Vector2d& px) -> Eigen::Vector2d {
+          const Eigen::Vector2d in = (px - Eigen::Vector2d::Constant(large.frame_px)) / large.enlarged;
+          return {in.x() / picture->width(), in.y() / picture->height()};
+        });
+    tags.push_back(tag);
+  }
+  return tags;
+}
+
+/// Pose and size of a tag by its corners TL, TR, BR, BL.
+PaintedTag placed(const TextureTag& tag, const PlacedQuad& quad, const SE3& world_T_visual) {
+  const auto& p = quad.visual_p;
+  const Eigen::Vector3d right = (p[1] - p[0] + p[2] - p[3]) / 2;
+  const Eigen::Vector3d down = (p[3] - p[0] + p[2] - p[1]) / 2;
+  const Eigen::Vector3d x = right.normalized();
+  const Eigen::Vector3d z = x.cross(down).normalized();
+  Eigen::Matrix3d R;
+  R << x, z.cross(x), z;
+  const SE3 visual_T_tag(SO3::from_matrix(R), (p[0] + p[1] + p[2] + p[3]) / 4);
+  const double size_m = (right.norm() + down.norm()) / 2;
+  return {.tag = tag.tag,
+          .placed = {.map_T_tag = world_T_visual * visual_T_tag, .size_m = size_m},
+          .margin_cells = tag.margin_cells,
+          .error = std::abs(right.norm() - down.norm()) / (2 * size_m)};
+}
+
+class TextureSearch {
+ public:
+  TextureSearch(const TagFinder& finder, PaintedTags& found) : finder_(finder), found_(found) {}
+
+  void add(const SdfVisual& visual, std::size_t index) {
+    const std::vector<TexturedTriangle> triangles = triangles_of(visual);
+    if (triangles.empty()) return;
+    for (const TextureTag& tag : tags_of(visual.texture))
+      for (const PlacedQuad& quad : placed_on(triangles, tag.uv)) add(tag, quad, visual, index);
+  }
+
+ private:
+  const std::vector<TextureTag>& tags_of(const std::string& file) {
+    const auto [known, fresh] = textures_.try_emplace(file);
+    if (fresh) {
+      auto tags = tags_in(file, finder_);
+      if (tags)
+        known->second = std::move(*tags);
+      else
+        found_.warnings.push_back(to_string(tags.error()));
+    }
+    return known->second;
+  }
+
+  void add(const TextureTag& tag, const PlacedQuad& quad, const SdfVisual& visual, std::size_t index) {
+    PaintedTag painted = placed(tag, quad, visual.world_T_visual);
+    constexpr double kSmallest_m = 0.005;
+    constexpr double kSquare = 0.02;
+    if (!(painted.placed.size_m > kSmallest_m) || !(painted.error < kSquare)) return;
+    if (quad.mirrored) {
+      found_.warnings.push_back(fmt::format("{}: {} is mirrored there", visual.name, to_string(tag.tag)));
+      return;
+    }
+    painted.visual = index;
+    found_.tags.push_back(painted);
+  }
+
+  const TagFinder& finder_;
+  PaintedTags& found_;
+  std::map<std::string, std::vector<TextureTag>> textures_{};
+};
+
+/// The tags in the textures of a scene, found by the detector in the picture itself, whatever its name, and
+/// placed by how the picture lies on the shape. `families` are looked for. A tag that is no square within 2
+/// %, or smaller than 5 mm, is none (the narrow sides of a board). Fails where no family is known.
+Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<std::string>& families) {
+  const auto finder = make_tag_finder({.families = families, .max_hamming = 0});
+  if (!finder) return tl::unexpected(finder.error());
+  PaintedTags found;
+  TextureSearch search(*finder, found);
+  for (std::size_t i = 0; i < scene.visuals.size(); ++i)
+    if (!scene.visuals[i].texture.empty()) search.add(scene.visuals[i], i);
+  return found;
+}
+
+using Vec3 = Eigen::Vector3d;
+
+/// Whether the second is what the first one's board shows on its back.
+std::optional<double> board_between(const MappedTag& front, const MappedTag& back) {
+  const SE3 front_T_back = front.map_T_tag.inverse() * back.map_T_tag;
+  const Vec3& t = front_T_back.translation();
+  const bool opposite = (front_T_back.rotation() * Vec3::UnitZ()).z() < -0.999;
+  constexpr double kThickest_m = 0.1;
+  const bool behind = t.z() > 0 && t.z() < kThickest_m && t.head<2>().norm() < 0.1 * front.size_m;
+  return opposite && behind ? std::optional(t.z()) : std::nullopt;
+}
+
+FamilyId most_common_family(const std::vector<PaintedTag>& tags) {
+  std::map<FamilyId, int> counts;
+  for (const PaintedTag& tag : tags) ++counts[tag.tag.family];
+  return std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; })->first;
+}
+
+double rounded(double value, double step) { return std::round(value / step) * step; }
+
+void take_tags(const std::vector<PaintedTag>& painted, World& world, std::vector<std::string>& warnings) {
+  const FamilyId family = most_common_family(painted);
+  std::vector<double> boards_m;
+  double margin_cells = 1e9;
+  for (const PaintedTag& tag : painted) {
+    if (tag.tag.family != family) {
+      warnings.push_back(fmt::format("{} is left out: a world has tags of one family", to_string(tag.tag)));
+      continue;
+    }
+    MappedTag placed = tag.placed;
+    constexpr double kTenthOfAMillimetre = 1e-4;
+    placed.size_m = rounded(placed.size_m, kTenthOfAMillimetre);
+    margin_cells = std::min(margin_cells, tag.margin_cells);
+    const auto [known, fresh] = world.tags.tags.emplace(tag.tag, placed);
+    if (fresh) continue;
+    if (const auto board_m = board_between(known->second, placed))
+      boards_m.push_back(*board_m);
+    else
+      warnings.push_back(
+          fmt::format("{} is there more than once; the first place counts", to_string(tag.tag)));
+  }
+  world.anchor = world.tags.tags.begin()->first;
+  world.tag_margin_cells = std::max(0.0, rounded(margin_cells, 0.05));
+  if (boards_m.empty()) return;
+  std::ranges::nth_element(boards_m, boards_m.begin() + static_cast<std::ptrdiff_t>(boards_m.size() / 2));
+  world.tag_board_m = rounded(boards_m[boards_m.size() / 2], 1e-4);
+  if (boards_m.size() < world.tags.tags.size())
+    warnings.push_back(
+        fmt::format("{} of {} tags are on the back of their boards as well; all are taken as such",
+                    boards_m.size(), world.tags.tags.size()));
+}
+
+/// The box with a vertical axis: the shape's own, turned about z; else the one along the axes around it.
+Occluder upright_box(const SdfVisual& visual, bool& exact) {
+  const Eigen::Matrix3d R = visual.world_T_visual.rotation().matrix();
+  Occluder box{.centre_m = visual.world_T_visual * visual.visual_t_centre, .reflectance = visual.reflectance};
+  exact = visual.shape == SdfShape::Box;
+  for (int up = 0; up < 3; ++up) {
+    constexpr double kVertical = 0.9998;  // within a degree
+    if (std::abs(R(2, up)) < kVertical) continue;
+    const int along = (up + 1) % 3, across = (up + 2) % 3;
+    box.yaw_rad = std::atan2(R(1, along), R(0, along));
+    box.size_m = {visual.size_m[along], visual.size_m[across], visual.size_m[up]};
+    if (visual.shape == SdfShape::Cylinder) exact = false;
+    return box;
+  }
+  exact = false;
+  box.size_m = R.cwiseAbs() * visual.size_m;
+  return box;
+}
+
+/// The board that carries a tag and nothing else.
+bool carries_a_tag(const SdfVisual& visual, const World& world) {
+  constexpr double kThin_m = 0.05;
+  if (visual.size_m.minCoeff() > kThin_m) return false;
+  const Vec3 middle = visual.world_T_visual * visual.visual_t_centre;
+  return std::ranges::any_of(world.tags.tags, [&](const auto& entry) {
+    return (entry.second.map_T_tag.translation() - middle).norm() < kThin_m + world.tag_board_m &&
+           visual.size_m.maxCoeff() < 3 * entry.second.size_m;
+  });
+}
+
+void take_scenery(const SdfScene& scene, World& world, std::vector<std::string>& warnings) {
+  std::set<std::string> moving;
+  int around = 0;
+  for (const SdfVisual& visual : scene.visuals) {
+    if (!visual.fixed) {
+      moving.insert(visual.name.substr(0, visual.name.find("::")));
+      continue;
+    }
+    const Vec3 up = visual.world_T_visual.rotation() * visual.visual_n_plane;
+    if (visual.shape == SdfShape::Plane && up.z() > 0.999 && visual.texture.empty())
+      world.floor.reflectance = visual.reflectance;
+    if (visual.shape == SdfShape::Plane || carries_a_tag(visual, world)) continue;
+    constexpr double kLeast_m = 1e-3;
+    constexpr double kMost_m = 1000;
+    bool exact = false;
+    Occluder box = upright_box(visual, exact);
+    if (box.size_m.minCoeff() < kLeast_m || box.size_m.maxCoeff() > kMost_m) {
+      warnings.push_back(fmt::format(
+          "{} is left out: its shape is not known, or its size is not between 1 mm and 1 km", visual.name));
+      continue;
+    }
+    if (box.centre_m.z() + box.size_m.z() / 2 < 0.01) continue;  // a part of the floor
+    if (!exact) ++around;
+    world.occluders.push_back(box);
+  }
+  if (around > 0)
+    warnings.push_back(
+        fmt::format("{} shapes that are no upright boxes count as the boxes around them", around));
+  for (const std::string& model : moving)
+    warnings.push_back(fmt::format("{} is left out: it is not static", model));
+}
+
+}  // namespace
+
+Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& families,
+                       std::vector<std::string>& warnings) {
+  const auto painted = find_painted_tags(scene, families);
+  if (!painted) return tl::unexpected(painted.error());
+  warnings.insert(warnings.end(), painted->warnings.begin(), painted->warnings.end());
+  if (painted->tags.empty())
+    return fail(
+        ErrorCode::NotFound,
+        fmt::format("no texture shows a tag that can be read ({} of {} visuals have a texture)",
+                    std::ranges::count_if(scene.visuals, [](const auto& v) { return !v.texture.empty(); }),
+                    scene.visuals.size()),
+        {}, "Name the families of the tags with --family, and folders of models with --models.");
+  World world{.name = scene.name};
+  take_tags(painted->tags, world, warnings);
+  take_scenery(scene, world, warnings);
+  return world;
+}
+
 namespace {
 
 /// A metre ahead of a model, or of the origin.

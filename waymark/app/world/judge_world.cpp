@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/figure_files.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/plot/render.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/simulation/orbit.hpp"
 #include "waymark/simulation/world_check.hpp"

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/staged_folder.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/config/robot_list.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/world_file.hpp"

@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/simulation/tag_layout.hpp"
 #include "waymark/simulation/world_check.hpp"

@@ -4,7 +4,7 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
 
 namespace waymark {

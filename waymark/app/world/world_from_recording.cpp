@@ -10,10 +10,10 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/lap_input.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/profile_table.hpp"
 #include "waymark/app/common/replay_setup.hpp"
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/app/common/staged_folder.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"

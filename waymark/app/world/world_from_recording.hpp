@@ -9,7 +9,7 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/simulation/world.hpp"
 

@@ -7,10 +7,11 @@
 #include <cstdint>
 #include <string_view>
 
-#include <fmt/format.h>
 #include <linux/videodev2.h>
 
-#include "waymark/base/suggest.hpp"
+#include <fmt/format.h>
+
+#include "waymark/base/message_text.hpp"
 #include "waymark/cameras/v4l2/device.hpp"
 
 namespace waymark::internal {

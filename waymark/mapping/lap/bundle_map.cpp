@@ -18,7 +18,7 @@
 #include "waymark/mapping/lap/tag_ties.hpp"
 #include "waymark/mapping/lap/trajectory_jumps.hpp"
 #include "waymark/mapping/solver/image_region.hpp"
-#include "waymark/mapping/solver/stopped.hpp"
+#include "waymark/mapping/solver/map_search.hpp"
 
 namespace waymark {
 namespace {

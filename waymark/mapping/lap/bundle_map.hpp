@@ -9,9 +9,7 @@
 #include "waymark/mapping/lap/lap_bundle.hpp"
 #include "waymark/mapping/lap/mounting_estimate.hpp"
 #include "waymark/mapping/lap/turn_noise.hpp"
-#include "waymark/mapping/solver/map_progress.hpp"
-#include "waymark/mapping/solver/rejected_observation.hpp"
-#include "waymark/mapping/solver/search_options.hpp"
+#include "waymark/mapping/solver/map_search.hpp"
 
 namespace waymark {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/mapping/solver/frame_correlation.hpp"
+#include "waymark/mapping/solver/correlated_errors.hpp"
 
 namespace waymark::internal {
 namespace {

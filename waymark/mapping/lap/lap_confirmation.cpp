@@ -6,7 +6,7 @@
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/mapping/lap/odometry_track.hpp"
-#include "waymark/mapping/solver/confirmed_observations.hpp"
+#include "waymark/mapping/solver/pose_votes.hpp"
 
 namespace waymark::internal {
 namespace {

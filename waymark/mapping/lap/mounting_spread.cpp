@@ -5,7 +5,7 @@
 
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/mapping/solver/stretch_covariance.hpp"
+#include "waymark/mapping/solver/correlated_errors.hpp"
 
 namespace waymark::internal {
 namespace {

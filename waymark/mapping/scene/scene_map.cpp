@@ -11,10 +11,10 @@
 #include "waymark/mapping/scene/scene_intrinsics.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 #include "waymark/mapping/scene/tag_scale.hpp"
-#include "waymark/mapping/solver/confirmed_observations.hpp"
-#include "waymark/mapping/solver/frame_correlation.hpp"
-#include "waymark/mapping/solver/kept_factor.hpp"
-#include "waymark/mapping/solver/stopped.hpp"
+#include "waymark/mapping/solver/correlated_errors.hpp"
+#include "waymark/mapping/solver/front_cholesky.hpp"
+#include "waymark/mapping/solver/map_search.hpp"
+#include "waymark/mapping/solver/pose_votes.hpp"
 
 namespace waymark {
 namespace {

@@ -6,9 +6,7 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_bundle.hpp"
-#include "waymark/mapping/solver/map_progress.hpp"
-#include "waymark/mapping/solver/rejected_observation.hpp"
-#include "waymark/mapping/solver/search_options.hpp"
+#include "waymark/mapping/solver/map_search.hpp"
 
 namespace waymark {
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -8,10 +9,30 @@
 #include <Eigen/Core>
 
 #include "waymark/mapping/solver/block_system.hpp"
+#include "waymark/mapping/solver/bundle.hpp"
 #include "waymark/mapping/solver/front_kernels.hpp"
-#include "waymark/mapping/solver/front_plan.hpp"
 
 namespace waymark::internal {
+
+/// In which order the unknowns of a symmetric system by blocks are eliminated, and which of them together:
+/// fronts, small dense matrices that hand what is left over to their parent (Liu, "The Multifrontal Method
+/// for Sparse Matrix Solution: Theory and Practice", SIAM Review 34(1), 1992).
+struct FrontPlan {
+  struct Front {
+    std::vector<int> unknowns{};  ///< those eliminated here, then those coupled to them that are later
+    std::vector<int> offsets{};   ///< of each: its first scalar in the front
+    int own = 0;                  ///< so many of the unknowns are eliminated here
+    int own_size = 0, size = 0;   ///< scalars
+    int parent = -1;
+    bool first_child = false;  ///< of its parent, in the order of the fronts
+  };
+  std::vector<Front> fronts{};  ///< children before their parents, the heaviest child of each first
+  std::vector<int> front_of{};  ///< where each unknown is eliminated
+};
+
+/// Approximate minimum degree by blocks (Amestoy, Davis and Duff, SIAM J. Matrix Anal. Appl. 17(4), 1996);
+/// fronts that would hand on nearly all they hold are eliminated with their parent. O(entries of the factor).
+[[nodiscard]] FrontPlan front_plan(const BlockSystem& system);
 
 /// Cholesky factor of the normal equations of a block system, by fronts. Time and memory: that of the dense
 /// fronts, O(unknowns) for a chain, O(unknowns^1.5) and O(unknowns log unknowns) for a grid.
@@ -66,4 +87,42 @@ class FrontCholesky {
 [[nodiscard]] std::optional<Eigen::VectorXd> damped_step(FrontCholesky& cholesky, const BlockSystem& system,
                                                          double damping);
 
+/// A factor of normal equations that later ones of the same unknowns are solved with, for as long as they are
+/// alike: by conjugate gradients, preconditioned by the factor (Hestenes and Stiefel, "Methods of Conjugate
+/// Gradients for Solving Linear Systems", J. Res. NBS 49(6), 1952). From step to step of a search weights and
+/// poses change little, and a factorisation may cost as much as a hundred steps of conjugate gradients.
+class KeptFactor {
+ public:
+  /// -(H + damping diag(H))^-1 g, to a thousandth of what the step gains or to `next_to_nothing`; nothing
+  /// when that is not positive definite. Factorises anew where the factor that is kept does not lead there
+  /// soon.
+  [[nodiscard]] std::optional<Eigen::VectorXd> step(const BlockSystem& system, double damping,
+                                                    double next_to_nothing = 0);
+  /// Gives the memory back.
+  void forget() { factor_.reset(); }
+
+ private:
+  struct Factor {
+    explicit Factor(const BlockSystem& of);
+    BlockSystem system;
+    FrontPlan plan;
+    FrontCholesky cholesky;
+  };
+
+  [[nodiscard]] bool fits(const BlockSystem& system) const;
+
+  std::unique_ptr<Factor> factor_{};
+};
+
+/// A factorisation costs so much more than a product with the matrix that it pays to keep it.
+[[nodiscard]] bool worth_keeping(const FrontPlan& plan, const BlockSystem& system);
+
 }  // namespace waymark::internal
+
+namespace waymark {
+
+/// As solve(), for one of several searches over the same poses.
+BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
+                    internal::KeptFactor& kept);
+
+}  // namespace waymark

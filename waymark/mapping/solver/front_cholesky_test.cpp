@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/base/random.hpp"
-#include "waymark/mapping/solver/kept_factor.hpp"
 
 namespace waymark::internal {
 namespace {

@@ -1,9 +1,16 @@
 #include "waymark/mapping/solver/pose_votes.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/geometry/lie.hpp"
 #include "waymark/pose/tag_pose.hpp"
 
 namespace waymark::internal {
@@ -88,6 +95,234 @@ Vote<SE3> vote_for(Role role, const std::array<const std::vector<Hypothesis>*, 4
   }
   std::ranges::stable_sort(vote, {}, &Alternative<SE3>::chi2);
   return vote;
+}
+
+namespace {
+
+constexpr std::size_t kAhead = 6;        // observations of a tag that one is compared with
+constexpr std::size_t kNeighbours = 12;  // that are tried at most for each
+constexpr double kMedian6 = 5.348;       // of chi-square with 6 degrees of freedom
+constexpr double kFloor = 1e-5;          // nothing is known to the micrometre
+
+/// Sets that grow together.
+class Groups {
+ public:
+  explicit Groups(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::size_t a, std::size_t b) { parent_[root(a)] = root(b); }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+/// a^-1 b, both uncertain by themselves.
+Hypothesis between(const Hypothesis& a, const Hypothesis& b) {
+  const SE3 inverse = a.value.inverse();
+  const Matrix6 Ad = inverse.adjoint();
+  return {inverse * b.value, Ad * (a.covariance + b.covariance) * Ad.transpose(), a.chi2 + b.chi2};
+}
+
+double distance2(const Hypothesis& a, const Hypothesis& b) {
+  const Matrix6 P = a.covariance + b.covariance + kFloor * Matrix6::Identity();
+  const Vector6 off = minus(a.value, b.value);
+  return a.chi2 + b.chi2 + off.dot(P.llt().solve(off));
+}
+
+class Confirmer {
+ public:
+  Confirmer(const std::vector<ViewedTag>& seen, const std::vector<std::vector<Hypothesis>>& poses,
+            const std::vector<ViewMotion>& motions)
+      : seen_(seen), poses_(poses), motions_(motions), groups_(seen.size()) {
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (views_.size() <= seen[i].view) views_.resize(seen[i].view + 1);
+      if (tags_.size() <= seen[i].tag) tags_.resize(seen[i].tag + 1);
+      views_[seen[i].view].push_back(i);
+      tags_[seen[i].tag].push_back(i);
+    }
+    for (auto& view : views_) std::ranges::sort(view, {}, [&](std::size_t i) { return seen_[i].tag; });
+  }
+
+  Confirmation run() {
+    gate_ = kPoseGate * scale();
+    for (const std::vector<std::size_t>& of_tag : tags_) join_observations(of_tag);
+    return judge();
+  }
+
+ private:
+  /// The nearest of what a neighbour in both views says; infinite when there is none that is enough.
+  double apart_by_neighbours(std::size_t a, std::size_t b, double enough, std::size_t most) const {
+    double least = std::numeric_limits<double>::infinity();
+    const auto& in_a = views_[seen_[a].view];
+    const auto& in_b = views_[seen_[b].view];
+    for (std::size_t i = 0, j = 0; i < in_a.size() && j < in_b.size() && most > 0;) {
+      const std::size_t tag_a = seen_[in_a[i]].tag;
+      const std::size_t tag_b = seen_[in_b[j]].tag;
+      if (tag_a != tag_b) {
+        ++(tag_a < tag_b ? i : j);
+        continue;
+      }
+      if (tag_a != seen_[a].tag && seen_[in_a[i]].body == seen_[a].body) {
+        least = std::min(least, apart(a, in_a[i], b, in_b[j], enough));
+        --most;
+        if (least < enough) return least;
+      }
+      ++i;
+      ++j;
+    }
+    return least;
+  }
+
+  /// How differently two views put a tag beside another; any value below `enough` is as good as the least.
+  double apart(std::size_t a, std::size_t beside_a, std::size_t b, std::size_t beside_b,
+               double enough) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Hypothesis& tag_a : poses_[a]) {
+      for (const Hypothesis& other_a : poses_[beside_a]) {
+        const Hypothesis in_a = between(tag_a, other_a);
+        for (const Hypothesis& tag_b : poses_[b]) {
+          for (const Hypothesis& other_b : poses_[beside_b]) {
+            least = std::min(least, distance2(in_a, between(tag_b, other_b)));
+            if (least < enough) return least;
+          }
+        }
+      }
+    }
+    return least;
+  }
+
+  /// The same by the motion between the views; infinite where that is too uncertain to tell tags apart.
+  double apart_by_motion(std::size_t a, std::size_t b) const {
+    constexpr std::size_t kFar = 30;
+    const std::size_t from = seen_[a].view;
+    const std::size_t to = seen_[b].view;
+    double least = std::numeric_limits<double>::infinity();
+    if (to <= from || to - from > kFar) return least;
+    Hypothesis motion;
+    for (std::size_t v = from + 1; v <= to; ++v) {
+      if (v >= motions_.size() || !motions_[v].known) return least;
+      const Matrix6 Ad = motion.value.adjoint();
+      motion.covariance += Ad * motions_[v].covariance * Ad.transpose();
+      motion.value = motion.value * motions_[v].before_T_view;
+    }
+    for (const Hypothesis& tag_a : poses_[a]) {
+      for (const Hypothesis& tag_b : poses_[b]) {
+        const Matrix6 Ad = motion.value.adjoint();
+        const Hypothesis moved{motion.value * tag_b.value,
+                               motion.covariance + Ad * tag_b.covariance * Ad.transpose(), tag_b.chi2};
+        constexpr double kShare = 0.1;  // of the distance
+        const double far = kShare * tag_a.value.translation().norm();
+        const Eigen::Vector3d sigma2 = motion.covariance.diagonal().head<3>();
+        if (sigma2.maxCoeff() < far * far) least = std::min(least, distance2(tag_a, moved));
+      }
+    }
+    return least;
+  }
+
+  /// The next view has it where it was, less than a third of its size away, and as large.
+  [[nodiscard]] bool stays_in_image(std::size_t a, std::size_t b) const {
+    constexpr double kMoves = 0.33;
+    constexpr double kGrows = 1.25;
+    const auto [less, more] = std::minmax(seen_[a].size_px, seen_[b].size_px);
+    return seen_[b].view == seen_[a].view + 1 && less > 0 && more < kGrows * less &&
+           (seen_[a].centre_px - seen_[b].centre_px).norm() < kMoves * less;
+  }
+
+  /// How much noisier corners are than was assumed, by what follows each other.
+  double scale() const {
+    std::vector<double> apart;
+    for (const std::vector<std::size_t>& of_tag : tags_) {
+      for (std::size_t k = 0; k + 1 < of_tag.size(); k += 4) {
+        const double d2 = apart_by_neighbours(of_tag[k], of_tag[k + 1], 0, 1);
+        if (std::isfinite(d2)) apart.push_back(d2);
+      }
+    }
+    return apart.empty() ? 1 : std::clamp(median(std::move(apart)) / kMedian6, 1.0, 1e4);
+  }
+
+  void join_observations(const std::vector<std::size_t>& of_tag) {
+    for (std::size_t k = 0; k < of_tag.size(); ++k) {
+      int joined = 0;
+      for (std::size_t next = k + 1; next < of_tag.size() && next <= k + kAhead && joined < 2; ++next) {
+        if (groups_.root(of_tag[k]) == groups_.root(of_tag[next])) {
+          ++joined;
+          continue;
+        }
+        if (!stays_in_image(of_tag[k], of_tag[next]) &&
+            apart_by_neighbours(of_tag[k], of_tag[next], gate_, kNeighbours) >= gate_ &&
+            apart_by_motion(of_tag[k], of_tag[next]) >= gate_)
+          continue;
+        groups_.join(of_tag[k], of_tag[next]);
+        ++joined;
+      }
+    }
+  }
+
+  /// Something in its view, or the motion, would carry what it says to other tags.
+  [[nodiscard]] bool could_mislead(std::size_t i) const {
+    const std::size_t view = seen_[i].view;
+    const auto moves = [&](std::size_t v) { return v < motions_.size() && motions_[v].known; };
+    if (moves(view) || moves(view + 1)) return true;
+    return std::ranges::any_of(views_[view], [&](std::size_t other) {
+      return seen_[other].tag != seen_[i].tag && seen_[other].body == seen_[i].body;
+    });
+  }
+
+  Confirmation judge() {
+    std::vector<std::size_t> size(seen_.size(), 0);
+    for (std::size_t i = 0; i < seen_.size(); ++i) ++size[groups_.root(i)];
+    double alone = 0;
+    double tags = 0;
+    for (const std::vector<std::size_t>& of_tag : tags_) {
+      tags += of_tag.empty() ? 0 : 1;
+      for (std::size_t i : of_tag) alone += size[groups_.root(i)] == 1 && could_mislead(i) ? 1 : 0;
+    }
+    Confirmation result{.doubtful = std::vector<char>(seen_.size(), 0),
+                        .fewest_votes = votes_beyond_chance(alone, tags)};
+    for (const std::vector<std::size_t>& of_tag : tags_) {
+      std::size_t largest = 0;
+      for (std::size_t i : of_tag) largest = std::max(largest, size[groups_.root(i)]);
+      for (std::size_t i : of_tag) {
+        const std::size_t group = size[groups_.root(i)];
+        const bool confirmed =
+            group >= 2 && (group == largest || group >= static_cast<std::size_t>(result.fewest_votes));
+        result.doubtful[i] = !confirmed && could_mislead(i) ? 1 : 0;
+      }
+    }
+    return result;
+  }
+
+  /// Of n wrong ids among T tags, n^k / (k! T^(2k-2)) sets of k say the same of the same tag.
+  static int votes_beyond_chance(double wrong, double tags) {
+    constexpr double kRare = 0.01;
+    constexpr int kMost = 5;
+    double sets = wrong;
+    for (int k = 2; k < kMost; ++k) {
+      sets *= wrong / (k * tags * tags);
+      if (sets < kRare) return k;
+    }
+    return kMost;
+  }
+
+  const std::vector<ViewedTag>& seen_;
+  const std::vector<std::vector<Hypothesis>>& poses_;
+  const std::vector<ViewMotion>& motions_;
+  std::vector<std::vector<std::size_t>> views_;  ///< observations by view, by tag in it
+  std::vector<std::vector<std::size_t>> tags_;   ///< observations by tag, in order of time
+  Groups groups_;
+  double gate_ = kPoseGate;
+};
+
+}  // namespace
+
+Confirmation confirm_observations(const std::vector<ViewedTag>& seen,
+                                  const std::vector<std::vector<Hypothesis>>& poses,
+                                  const std::vector<ViewMotion>& motions) {
+  return Confirmer(seen, poses, motions).run();
 }
 
 }  // namespace waymark::internal

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/media/opencv/find_board.hpp"
 
 namespace waymark {

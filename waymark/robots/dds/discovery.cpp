@@ -6,14 +6,15 @@
 #include <sstream>
 
 #include <arpa/inet.h>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <unistd.h>
 
-#include "waymark/base/counted.hpp"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/base/message_text.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
 namespace waymark {

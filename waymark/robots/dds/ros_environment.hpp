@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/robots/dds/bus.hpp"
 
 namespace waymark {

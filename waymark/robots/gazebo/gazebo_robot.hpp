@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/robots/gazebo/gazebo_link.hpp"
 #include "waymark/robots/gazebo/profile.hpp"

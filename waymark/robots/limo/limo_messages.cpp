@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/robots/limo/limo_messages.hpp"
 #include "waymark/robots/process/robot_wire.hpp"

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/robots/mbot/mbot_bridge.hpp"
 #include "waymark/robots/process/robot_wire.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "waymark/base/printable.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/robots/process/sender_watch.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 

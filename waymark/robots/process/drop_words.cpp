@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {

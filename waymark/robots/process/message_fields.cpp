@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 

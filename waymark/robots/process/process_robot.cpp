@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/printable.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 
 namespace waymark {
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/base/printable.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 

@@ -1,6 +1,4 @@
 #include "waymark/robots/ros2/relay.hpp"
-#include "waymark/robots/dds/open_bus.hpp"
-#include "waymark/robots/ros2/zero_guard.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -8,11 +6,13 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/counted.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/robots/dds/open_bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 #include "waymark/robots/ros2/velocity_message.hpp"
+#include "waymark/robots/ros2/zero_guard.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/discovery.hpp"
 #include "waymark/robots/process/command_repeat.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/process/robot_wire.hpp"

@@ -7,8 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/base/counted.hpp"
-#include "waymark/base/suggest.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/base/job_field.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 

@@ -1,0 +1,175 @@
+// Which pictures of a video are taken for a calibration: those that stand still and show something new.
+// Which lenses a calibration tries: those that its output can hold.
+// A camera calibrated on a rendered video of a board: stops and moves between them.
+#include "waymark/app/calibrate_camera/calibrate_camera.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/media/video_writer.hpp"
+#include "waymark/simulation/photograph.hpp"
+#include "waymark/tags/tag_finder.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::Lt;
+
+/// A board of six tags whose picture lies at x, in a picture k/30 s after the first.
+StampedMarks board_at(int k, double x_px, int tags = 6) {
+  StampedMarks picture{.stamp = SensorTime(std::chrono::microseconds(33'333 * k))};
+  for (int i = 0; i < tags; ++i) {
+    const Eigen::Vector2d at(x_px + 50 * (i % 3), 100 + 50 * (i / 3));
+    TargetMark tag{.key = i, .target_points_m = std::vector<Eigen::Vector3d>(4, {0, 0, 0})};
+    tag.seen_px = {at, at + Eigen::Vector2d(30, 0), at + Eigen::Vector2d(30, 30),
+                   at + Eigen::Vector2d(0, 30)};
+    picture.marks.push_back(tag);
+  }
+  return picture;
+}
+
+TEST(VideoViews, StillPicturesAreTakenOnceForEachPlace) {
+  std::vector<StampedMarks> pictures;
+  int k = 0;
+  const auto stay = [&](double x_px) {
+    for (int i = 0; i < 10; ++i) pictures.push_back(board_at(k++, x_px + 0.1 * i));
+  };
+  stay(10);
+  for (int i = 1; i < 10; ++i) pictures.push_back(board_at(k++, 10 + 20 * i));  // 600 px/s
+  stay(210);
+  const auto chosen = choose_views(pictures, 800);
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_LT(chosen[0], 10U);
+  EXPECT_GE(chosen[1], 19U);
+}
+
+TEST(VideoViews, WhatMovesFastOrShowsFewTagsIsLeftOut) {
+  std::vector<StampedMarks> fast;
+  for (int k = 0; k < 30; ++k) fast.push_back(board_at(k, 15.0 * k));
+  EXPECT_TRUE(choose_views(fast, 800).empty());
+  std::vector<StampedMarks> few;
+  for (int k = 0; k < 30; ++k) few.push_back(board_at(k, 1.0 * k, 3));
+  EXPECT_TRUE(choose_views(few, 800).empty());
+  EXPECT_FALSE(choose_views(few, 800, {.fewest_tags = 3}).empty());
+}
+
+TEST(VideoViews, ThereAreNoMoreThanAskedFor) {
+  std::vector<StampedMarks> slow;
+  for (int k = 0; k < 600; ++k) slow.push_back(board_at(k, 1.0 * k));
+  const auto all = choose_views(slow, 800);
+  EXPECT_GT(all.size(), 10U);
+  EXPECT_THAT(all, Each(Lt(600U)));
+  EXPECT_EQ(choose_views(slow, 800, {.most_views = 5}).size(), 5U);
+  EXPECT_THAT(choose_views({board_at(0, 10)}, 800), ElementsAre(0));
+  EXPECT_TRUE(choose_views({}, 800).empty());
+}
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+CalibrateCameraJob job_of(const std::string& output, const std::string& format = "") {
+  return {.output = output, .format = format};
+}
+
+TEST(FitOptions, AnAutomaticLensIsOneThatTheFormatHolds) {
+  for (const CalibrateCameraJob& job : {job_of("a.json"), job_of("a.yaml", "photonvision")}) {
+    EXPECT_THAT(fit_options(job).lenses, Not(Contains(LensModel::Equidistant)));
+    EXPECT_THAT(fit_options(job).lenses, Contains(LensModel::Rational8));
+  }
+  EXPECT_THAT(fit_options(job_of("a.yaml", "kalibr")).lenses, Not(Contains(LensModel::Rational8)));
+  EXPECT_THAT(fit_options(job_of("a.yaml", "kalibr")).lenses, Contains(LensModel::Equidistant));
+  for (const CalibrateCameraJob& job : {job_of("a.yaml"), job_of(""), job_of("a.yaml", "ros")})
+    EXPECT_EQ(fit_options(job).lenses, lens_models()) << job.format;
+}
+
+TEST(FitOptions, WhatIsNotTriedIsNamed) {
+  EXPECT_THAT(words_of_untried_lenses(job_of("a.json")),
+              HasSubstr("photonvision does not hold it: --lens equidistant"));
+  EXPECT_EQ(words_of_untried_lenses(job_of("a.yaml")), "");
+  CalibrateCameraJob chosen = job_of("a.json");
+  chosen.lens = "radtan5";
+  EXPECT_EQ(words_of_untried_lenses(chosen), "");
+}
+
+TEST(CheckOutputs, AnEndingPromisesNoOtherFormat) {
+  for (const CalibrateCameraJob& job :
+       {job_of("x.txt"), job_of("x.json", "ros"), job_of("x.yaml", "photonvision")})
+    EXPECT_THAT(to_string(check_outputs(job).error()), HasSubstr("is no name for a calibration"))
+        << job.output;
+  for (const CalibrateCameraJob& job :
+       {job_of("x.yml"), job_of("x.json"), job_of("x.yaml", "ros"), job_of("")})
+    EXPECT_TRUE(check_outputs(job)) << job.output;
+  EXPECT_EQ(to_string(check_outputs(job_of("x.txt", "ros")).error()),
+            "(--output): x.txt is no name for a calibration of the format ros. End it in .yaml, or in .json "
+            "for PhotonVision.");
+}
+
+constexpr int kStops = 9;
+constexpr int kPicturesAStop = 3;
+
+/// Where the board is at a stop, and on the way to the next.
+SE3 cam_T_board_at(double stop) {
+  const SO3 tilt = SO3::exp(
+      {to_radians(30) * std::cos(2.0 * stop), to_radians(30) * std::sin(2.0 * stop), 0.15 * std::sin(stop)});
+  return {tilt, {0.05 * std::sin(1.7 * stop), 0.04 * std::cos(2.3 * stop), 0.42 + 0.02 * stop}};
+}
+
+TEST(CalibrateVideo, TheStopsAreTakenAndGiveTheFocalLength) {
+  const CameraModel truth =
+      CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
+  const std::filesystem::path folder = testing::fresh_folder("jobs_calibrate_video");
+  CalibrateCameraJob job{.target = {.columns = 5, .rows = 4, .tag_size_m = 0.04}, .lens = "none"};
+  const CalibrationTarget target = CalibrationTarget::make(job.target).value();
+  auto writer = VideoWriter::create(folder / "board.mp4", 640, 480, {.quality = 12});
+  if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());
+  ASSERT_TRUE(writer) << to_string(writer.error());
+  Random random(20261123);
+  int k = 0;
+  const auto show = [&](double stop) {
+    PhotographScene scene;
+    for (const auto& [id, tag] : target.tags().tags)
+      scene.tags.push_back({.tag = id,
+                            .cam_T_tag = cam_T_board_at(stop) * tag.map_T_tag,
+                            .size_m = tag.size_m,
+                            .margin_cells = 0.5});
+    const auto picture = photograph(truth, scene, {}, random);
+    ASSERT_TRUE(picture) << to_string(picture.error());
+    ASSERT_TRUE(writer->add(picture->image.view(), SensorTime(std::chrono::milliseconds(33 * k++))));
+  };
+  for (int stop = 0; stop < kStops; ++stop) {
+    for (int i = 0; i < kPicturesAStop; ++i) show(stop);
+    show(stop + 0.5);  // on the way: too fast
+  }
+  ASSERT_TRUE(writer->close());
+  job.sources = {(folder / "board.mp4").string()};
+  std::vector<std::string> notes;
+  JobControl control;
+  control.note = [&](const std::string& words) { notes.push_back(words); };
+  const TagFinder finder = std::move(make_tag_finder().value());
+  const auto report = calibrate_camera(job, target, finder, control);
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_THAT(notes, ::testing::Contains(::testing::HasSubstr("of 36 pictures stand still")));
+  EXPECT_GE(report->pictures.size(), 6U);
+  std::set<int> stops;  // some look alike
+  for (const std::string& name : report->pictures) {
+    const int index = static_cast<int>(std::lround(std::stod(name.substr(name.rfind('#') + 1)) / 0.033));
+    EXPECT_LT(index % (kPicturesAStop + 1), kPicturesAStop) << "taken on the way: " << name;
+    EXPECT_TRUE(stops.insert(index / (kPicturesAStop + 1)).second) << "taken twice: " << name;
+  }
+  ASSERT_EQ(report->found.names[0], "fx_px");
+  EXPECT_NEAR(report->found.parameters[0], 512, 2.5);
+  EXPECT_LT(std::abs(report->found.parameters[0] - 512), 5 * sigma_of(report->found, 0));
+}
+
+}  // namespace
+}  // namespace waymark

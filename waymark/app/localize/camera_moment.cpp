@@ -1,0 +1,236 @@
+#include "waymark/app/localize/camera_moment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "waymark/factors/rolling_shutter.hpp"
+#include "waymark/geometry/dense.hpp"
+#include "waymark/pose/multi_tag_pose.hpp"
+#include "waymark/pose/square_pose.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr int kFewest = 20;        // residuals beyond the unknowns
+constexpr double kMost_px = 10;    // no corner that joins a pose errs by more
+constexpr double kStep_px = 1e-4;  // that the answer is known to
+
+using Vector8 = Eigen::Matrix<double, 8, 1>;
+
+CornerCovariance covariance_of(const TagDetection& detection) {
+  const double usual_px = MultiTagOptions{}.corner_sigma_px;
+  return detection.corner_covariance_px2.value_or(usual_px * usual_px * CornerCovariance::Identity());
+}
+
+/// Residuals of a tag's corners along the axes of their covariance.
+struct Residuals {
+  Vector8 squares_px2;
+  Vector8 variances_px2;
+
+  [[nodiscard]] double chi2(double sigma_px) const {
+    return (squares_px2.array() / (variances_px2.array() + sigma_px * sigma_px)).sum();
+  }
+};
+
+std::optional<Residuals> residuals_of(const TagDetection& detection, const SE3& cam_T_map, const TagMap& map,
+                                      const CameraModel& camera) {
+  const MappedTag* tag = map.find(detection.tag);
+  if (tag == nullptr) return std::nullopt;
+  const auto corners = square_corners(tag->size_m);
+  Vector8 off_px;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto px = camera.project(cam_T_map * (tag->map_T_tag * corners[k]));
+    if (!px) return std::nullopt;
+    off_px.segment<2>(static_cast<Eigen::Index>(2 * k)) = detection.corners_px[k] - *px;
+  }
+  const SymmetricEigen<8> axes = symmetric_eigen<8>(covariance_of(detection));
+  if (!axes.converged) return std::nullopt;
+  return Residuals{(axes.vectors.transpose() * off_px).cwiseAbs2(), axes.values.cwiseMax(0)};
+}
+
+}  // namespace
+
+double common_corner_error_px(const std::vector<PosedTags>& pictures, const TagMap& map,
+                              const CameraModel& camera) {
+  std::vector<Residuals> all;
+  double left_over = 0;
+  for (const PosedTags& picture : pictures) {
+    const std::size_t before = all.size();
+    for (const TagDetection& detection : picture.detections)
+      if (const auto one = residuals_of(detection, picture.cam_T_map, map, camera)) all.push_back(*one);
+    if (all.size() > before) left_over += 8.0 * static_cast<double>(all.size() - before) - 6;
+  }
+  if (left_over < kFewest) return 0;
+  const auto too_large = [&](double sigma_px) {
+    double chi2 = 0;
+    for (const Residuals& one : all) chi2 += one.chi2(sigma_px);
+    return !(chi2 <= left_over);  // also where a covariance is singular
+  };
+  if (!too_large(0)) return 0;
+  double low = 0, high = kMost_px;
+  while (high - low > kStep_px) (too_large((low + high) / 2) ? low : high) = (low + high) / 2;
+  return high;
+}
+
+TagFrame with_corner_error(TagFrame frame, double sigma_px) {
+  for (TagDetection& detection : frame.detections)
+    detection.corner_covariance_px2 =
+        covariance_of(detection) + sigma_px * sigma_px * CornerCovariance::Identity();
+  return frame;
+}
+
+namespace {
+
+constexpr auto kNear = std::chrono::milliseconds(250);  // pictures that show the motion of the one between
+constexpr int kIterations = 8;                          // a pose that none had at first helps its neighbours
+constexpr std::size_t kLast = 100;                      // pictures of a live camera
+constexpr int kUpdateAfter = 5;
+constexpr double kFirst_px = 1;    // so that no picture is refused before the motion is known
+constexpr double kSettled = 0.02;  // relative change of the corners' common error
+
+SE3 map_T_optical(const CameraMoment& moment) {
+  return moment.map_T_body->mean * SE3(body_R_optical(), Eigen::Vector3d::Zero());
+}
+
+struct Motion {
+  SE3 cam_T_map{};
+  Vector6 twist{};  ///< left tangent of cam_T_map a second
+};
+
+/// The nearest moment with a pose in this direction, else this one; nothing where none has a pose.
+const CameraMoment* neighbour(const std::vector<CameraMoment>& moments, std::size_t i, int step) {
+  const CameraMoment& here = moments[i];
+  const auto end = static_cast<std::ptrdiff_t>(moments.size());
+  for (auto k = static_cast<std::ptrdiff_t>(i) + step; k >= 0 && k < end; k += step) {
+    const CameraMoment& moment = moments[static_cast<std::size_t>(k)];
+    if (moment.stamp < here.stamp - kNear || moment.stamp > here.stamp + kNear) break;
+    if (moment.map_T_body) return &moment;
+  }
+  return here.map_T_body ? &here : nullptr;
+}
+
+/// The motion between the poses around a moment, which may have none itself.
+std::optional<Motion> motion_at(const std::vector<CameraMoment>& moments, std::size_t i) {
+  const CameraMoment* before = neighbour(moments, i, -1);
+  const CameraMoment* after = neighbour(moments, i, +1);
+  if (before == nullptr || after == nullptr || !(before->stamp < after->stamp)) return std::nullopt;
+  const SE3 before_T_map = map_T_optical(*before).inverse();
+  const SE3 after_T_before = map_T_optical(*after).inverse() * before_T_map.inverse();
+  const Vector6 twist = after_T_before.log() / to_seconds(after->stamp - before->stamp);
+  if (moments[i].map_T_body) return Motion{map_T_optical(moments[i]).inverse(), twist};
+  const double since_s = to_seconds(moments[i].stamp - before->stamp);
+  return Motion{SE3::exp(since_s * twist) * before_T_map, twist};
+}
+
+/// With the corners as they were at the time of the middle row.
+TagFrame at_middle_row(const Motion& motion, const TagMap& map, const CameraModel& camera, double readout_s,
+                       TagFrame frame) {
+  for (TagDetection& detection : frame.detections) {
+    const MappedTag* tag = map.find(detection.tag);
+    if (tag == nullptr) continue;
+    const MovingTag moving{
+        .cam_T_tag = motion.cam_T_map * tag->map_T_tag, .twist = motion.twist, .size_m = tag->size_m};
+    const auto shift = rolling_shift(moving, detection.corners_px, camera, readout_s);
+    if (!shift) continue;
+    for (std::size_t k = 0; k < 4; ++k)
+      detection.corners_px[k] -= shift->segment<2>(static_cast<Eigen::Index>(2 * k));
+  }
+  return frame;
+}
+
+/// The moment has a pose.
+PosedTags posed(const TagFrame& frame, const CameraMoment& moment) {
+  PosedTags picture{.cam_T_map = map_T_optical(moment).inverse()};
+  for (const std::size_t k : moment.used) picture.detections.push_back(frame.detections[k]);
+  return picture;
+}
+
+std::vector<PosedTags> posed(const std::vector<TagFrame>& frames, const std::vector<CameraMoment>& moments) {
+  std::vector<PosedTags> pictures;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (moments[i].map_T_body) pictures.push_back(posed(frames[i], moments[i]));
+  return pictures;
+}
+
+}  // namespace
+
+CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera) {
+  CameraMoment moment{.stamp = frame.stamp, .tags = static_cast<int>(frame.detections.size())};
+  const auto pose = estimate_camera_pose(frame.detections, map, camera);
+  if (!pose || !pose->usable()) {
+    const bool known = std::ranges::any_of(
+        frame.detections, [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+    if (!frame.detections.empty())
+      moment.why = !known                      ? "none of the tags is in the map"
+                   : pose && pose->ambiguous() ? "the tags fit two poses, or contradict each other"
+                                               : "the tags fit no pose";
+    return moment;
+  }
+  const CameraPoseEstimate& best = pose->estimates.front();
+  moment.used = best.detections;
+  moment.tags = static_cast<int>(moment.used.size());
+  // A turn from the right leaves an error of the parent's side as it is.
+  const SE3 cam_T_body(body_R_optical().inverse(), Eigen::Vector3d::Zero());
+  moment.map_T_body = Uncertain<SE3>{best.map_T_cam * cam_T_body, best.covariance};
+  return moment;
+}
+
+CameraMoment LiveMoments::of(const TagFrame& frame) {
+  CameraMoment moment = camera_moment(with_corner_error(frame, corner_error_px_), *map_, *camera_);
+  if (!moment.map_T_body) return moment;
+  last_.push_back(posed(frame, moment));
+  if (last_.size() > kLast) last_.pop_front();
+  if (++since_ >= kUpdateAfter) {
+    since_ = 0;
+    corner_error_px_ = common_corner_error_px({last_.begin(), last_.end()}, *map_, *camera_);
+  }
+  return moment;
+}
+
+CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
+                             const CameraModel& camera, double readout_s) {
+  CameraMoments all{.corner_error_px = kFirst_px};
+  std::vector<TagFrame> at_once = frames;  // the corners as a global shutter would have them
+  for (int k = 0; k < kIterations; ++k) {
+    const std::vector<CameraMoment> before = std::move(all.moments);
+    all.moments.clear();
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const auto motion = k > 0 && readout_s != 0 ? motion_at(before, i) : std::nullopt;
+      if (motion) at_once[i] = at_middle_row(*motion, map, camera, readout_s, frames[i]);
+      all.moments.push_back(camera_moment(with_corner_error(at_once[i], all.corner_error_px), map, camera));
+    }
+    const double error_px = common_corner_error_px(posed(at_once, all.moments), map, camera);
+    const bool settled = std::abs(error_px - all.corner_error_px) < kSettled * error_px;
+    all.corner_error_px = error_px;
+    if (settled && readout_s == 0) break;
+  }
+  return all;
+}
+
+ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment) {
+  ros2::PoseWithCovarianceStamped message;
+  message.header = {.stamp = ros2::to_ros(moment.stamp), .frame_id = std::string(ros2::kMapFrame)};
+  message.pose.pose = ros2::to_ros(moment.map_T_body->mean);
+  const SE3::Jacobian covariance = coordinate_covariance(*moment.map_T_body);
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = 0; j < 6; ++j)
+      message.pose.covariance[static_cast<std::size_t>(6 * i + j)] = covariance(i, j);
+  return message;
+}
+
+Status check_tag_poses(const TagMap& map, const std::string& source) {
+  if (!map.tags.empty()) return {};
+  return fail(ErrorCode::InvalidArgument,
+              "a camera needs a map with poses of tags, and this one has points only", {.source = source},
+              "Give a map that `waymark map` made.");
+}
+
+Result<TagFinder> tag_finder_for(const TagMap& map) {
+  return make_tag_finder({.families = families_of(map)});
+}
+
+}  // namespace waymark

@@ -1,0 +1,121 @@
+// A robot whose numbers are hidden drives a lap; what the recording and its map tell is put into another one.
+#include "waymark/app/world/world_from_recording.hpp"
+
+#include <filesystem>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/app/map/map_recording.hpp"
+#include "waymark/app/teach/teach_lap.hpp"
+#include "waymark/config/world_file.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr double kShare = 0.2;  // of the hidden number
+
+/// What no file that the job reads says.
+void hide(SimulatedRobotOptions& robot) {
+  robot.camera_rate_hz = 12;
+  robot.camera_latency_s = 0.07;
+  robot.odometry_rate_hz = 30;
+  robot.dynamics.yaw_gain = 0.6;
+  robot.sensors.left_wheel_scale = 0.95;
+  robot.sensors.right_wheel_scale = 0.95;
+  robot.sensors.gyro_noise_rad_s = 0.012;
+  robot.tag_camera.corner_sigma_px = 0.25;
+  robot.tag_camera.small_tag_sigma_px = 0;
+  robot.tag_camera.miss_probability = 0.1;
+  robot.tag_camera.max_range_m = 2.6;
+}
+
+class WorldOfADrivenLap : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    RobotSetup hidden = usual_;
+    hide(hidden.simulated.robot);
+    ASSERT_TRUE(teach_lap(hidden, {.output = lap()}, {}));
+    ASSERT_TRUE(map_recording({.lap = lap(), .folder = folder_ / "map"}, {}));
+  }
+  [[nodiscard]] std::string lap() const { return (folder_ / "lap.mcap").string(); }
+  [[nodiscard]] WorldFromRecordingJob job() const {
+    return {.recording = lap(), .map = folder_ / "map", .folder = folder_ / "twin", .robot = "limo"};
+  }
+
+  const fs::path folder_ =
+      testing::fresh_folder(::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const RobotSetup usual_ = load_setup("circuit24", "", 1).value();
+};
+
+TEST_F(WorldOfADrivenLap, HiddenNumbersOfTheRobotAreFoundWithinAFifth) {
+  const auto report = world_from_recording(job(), {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  const auto robot = read_robot(folder_ / "twin/robot.yaml");
+  ASSERT_TRUE(robot) << to_string(robot.error());
+  SimulatedRobotOptions hidden = usual_.simulated.robot;
+  hide(hidden);
+  const SimulatedRobotOptions& found = robot->simulation;
+  const std::map<std::string, std::pair<double, double>> numbers = {
+      {"camera rate", {found.camera_rate_hz, hidden.camera_rate_hz}},
+      {"latency", {found.camera_latency_s, hidden.camera_latency_s}},
+      {"odometry rate", {found.odometry_rate_hz, hidden.odometry_rate_hz}},
+      {"turn response", {found.dynamics.yaw_gain, hidden.dynamics.yaw_gain}},
+      {"gyro noise", {found.sensors.gyro_noise_rad_s, hidden.sensors.gyro_noise_rad_s}},
+      {"corner noise", {found.tag_camera.corner_sigma_px, hidden.tag_camera.corner_sigma_px}},
+      {"missed tags", {found.tag_camera.miss_probability, hidden.tag_camera.miss_probability}},
+      {"range", {found.tag_camera.max_range_m, hidden.tag_camera.max_range_m}}};
+  for (const auto& [name, values] : numbers)
+    EXPECT_NEAR(values.first, values.second, kShare * values.second) << name;
+  EXPECT_NEAR(found.sensors.left_wheel_scale, hidden.sensors.left_wheel_scale, 0.02);
+}
+
+TEST_F(WorldOfADrivenLap, ThePlaceIsThatOfTheMapAndCanBeDriven) {
+  ASSERT_TRUE(world_from_recording(job(), {}));
+  const auto world = read_world(folder_ / "twin/world.yaml");
+  ASSERT_TRUE(world) << to_string(world.error());
+  EXPECT_TRUE(world->path_closed);
+  EXPECT_EQ(world->tags.tags.size(), usual_.simulated.world.tags.tags.size());
+  const RobotSetup twin =
+      load_setup((folder_ / "twin/world.yaml").string(), (folder_ / "twin/robot.yaml").string(), 9).value();
+  const auto driven = teach_lap(twin, {.output = (folder_ / "sim.mcap").string()}, {});
+  ASSERT_TRUE(driven) << to_string(driven.error());
+  EXPECT_TRUE(driven->summary.closed_loop);
+}
+
+TEST_F(WorldOfADrivenLap, AMapOfAnotherPlaceIsRefusedAndNothingIsWritten) {
+  const std::string lap_there = (folder_ / "other.mcap").string();
+  ASSERT_TRUE(teach_lap(load_setup("mbot-square", "limo", 1).value(), {.output = lap_there}, {}));
+  ASSERT_TRUE(map_recording({.lap = lap_there, .folder = folder_ / "other"}, {}));
+  WorldFromRecordingJob other = job();
+  other.map = folder_ / "other";  // both robots were switched on at the same time of their clocks
+  const auto elsewhere = world_from_recording(other, {});
+  ASSERT_FALSE(elsewhere);
+  EXPECT_THAT(elsewhere.error().message, HasSubstr("its tags are not where they were seen"));
+  other.map = folder_ / "nowhere";
+  EXPECT_FALSE(world_from_recording(other, {}));
+  other = job();
+  other.robot = "limu";
+  const auto unknown = world_from_recording(other, {});
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().hint, HasSubstr("limo"));
+  EXPECT_FALSE(fs::exists(folder_ / "twin"));
+}
+
+TEST_F(WorldOfADrivenLap, AFolderThatHoldsSomethingStaysAsItIs) {
+  WorldFromRecordingJob into_map = job();
+  into_map.folder = into_map.map;
+  const auto refused = world_from_recording(into_map, {});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().hint, HasSubstr("not there yet"));
+  EXPECT_FALSE(fs::exists(folder_ / "map/world.yaml"));
+  EXPECT_FALSE(fs::exists(folder_ / "map/robot.1.yaml"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/families/family.hpp"
+
+namespace waymark {
+
+/// How observations that contradict the others are found, and when a search gives up.
+struct SearchOptions {
+  double outlier_chi2 = 26.1;
+  double robust_chi2 = 12;
+  int max_iterations = 100;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.outlier_chi2, Field{"outlier_chi2",
+                                   "Squared normalised error of a tag observation (8 numbers) above which it "
+                                   "is rejected; the default is the 0.999 quantile.",
+                                   8, 1e9});
+    visit(self.robust_chi2, Field{"robust_chi2",
+                                  "Squared normalised error above which the robust loss reduces the weight "
+                                  "of an observation while outliers are searched.",
+                                  1, 1e9});
+    visit(self.max_iterations, Field{"max_iterations", "Maximum number of steps of each search.", 1, 10000});
+  }
+};
+
+/// Called before each iteration of a mapping search: stage, iteration, cost. Returning false ends the search
+/// with an error.
+using MapProgress = std::function<bool(const std::string& stage, int iteration, double cost)>;
+
+/// An observation of a mapped tag that contradicts all others.
+struct RejectedObservation {
+  SensorTime stamp{};
+  TagId tag{};
+  double chi2 = 0;  ///< 8 numbers; infinite: the tag cannot be seen from there
+};
+
+}  // namespace waymark
+
+namespace waymark::internal {
+
+/// What a search ends with when its progress callback asks it to.
+inline tl::unexpected<Error> stopped_on_request() {
+  return fail(ErrorCode::LimitExceeded, "stopped before the map was finished");
+}
+
+}  // namespace waymark::internal

@@ -1,0 +1,150 @@
+// Which observations confirm each other, on views whose poses are known.
+#include "waymark/mapping/solver/pose_votes.hpp"
+
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/lie.hpp"
+
+namespace waymark::internal {
+namespace {
+
+/// A camera that moves along a row of tags, a metre from tag to tag.
+struct Row {
+  std::vector<ViewedTag> seen{};
+  std::vector<std::vector<Hypothesis>> poses{};
+  std::vector<ViewMotion> motions{};
+
+  /// An observation of what stands where number `at` does, under the id `tag`.
+  void see(std::size_t view, std::size_t tag, std::size_t at) {
+    const SE3 cam_T_tag(SO3(), {static_cast<double>(at) - place(view), 0, 3});
+    seen.push_back({view, tag});
+    poses.push_back({{cam_T_tag, 1e-4 * Matrix6::Identity(), 0}});
+  }
+  void see(std::size_t view, std::size_t tag) { see(view, tag, tag); }
+  /// Where in the image, as a camera of 400 px would have it.
+  void know_the_image() {
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const Eigen::Vector3d p = poses[i].front().value.translation();
+      seen[i].centre_px = 400 * p.head<2>() / p.z();
+      seen[i].size_px = 100;
+    }
+  }
+  [[nodiscard]] static double place(std::size_t view) { return 0.05 * static_cast<double>(view); }
+  [[nodiscard]] Confirmation confirmed() const { return confirm_observations(seen, poses, motions); }
+};
+
+int count(const Confirmation& confirmation) {
+  return std::accumulate(confirmation.doubtful.begin(), confirmation.doubtful.end(), 0);
+}
+
+/// Each view shows three tags that follow each other.
+Row walk(std::size_t views) {
+  Row row;
+  for (std::size_t view = 0; view < views; ++view) {
+    for (std::size_t tag = view / 20; tag < view / 20 + 3; ++tag) row.see(view, tag);
+  }
+  return row;
+}
+
+TEST(ConfirmedObservations, TagsThatKeepTheirPlacesAreNotInDoubt) {
+  const Confirmation confirmation = walk(200).confirmed();
+  EXPECT_EQ(count(confirmation), 0);
+  EXPECT_EQ(confirmation.fewest_votes, 2);
+}
+
+TEST(ConfirmedObservations, AMisreadIdIsInDoubtAndNothingElse) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    Row row = walk(200);
+    const std::size_t which = random.index(row.seen.size());
+    row.seen[which].tag = row.seen[which].tag + 4 + random.index(8);  // not one of its view
+    const Confirmation confirmation = row.confirmed();
+    EXPECT_EQ(confirmation.doubtful[which], 1) << "seed " << seed;
+    EXPECT_EQ(count(confirmation), 1) << "seed " << seed;
+  }
+}
+
+TEST(ConfirmedObservations, TheOrderOfTagsInAViewDoesNotMatter) {
+  Row row = walk(60);
+  row.seen[31].tag = 9;
+  row.seen[90].tag = 7;
+  const Confirmation forwards = row.confirmed();
+  Row mirrored;
+  std::vector<std::size_t> from;
+  for (std::size_t view = 0; view < 60; ++view) {
+    for (std::size_t k = 3; k-- > 0;) {
+      from.push_back(3 * view + k);
+      mirrored.seen.push_back(row.seen[from.back()]);
+      mirrored.poses.push_back(row.poses[from.back()]);
+    }
+  }
+  const Confirmation backwards = mirrored.confirmed();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    EXPECT_EQ(backwards.doubtful[i], forwards.doubtful[from[i]]) << i;
+}
+
+TEST(ConfirmedObservations, MoreWrongIdsTakeMoreVotes) {
+  Random random(4);
+  Row row = walk(200);
+  for (std::size_t i = 0; i < row.seen.size(); i += 9) row.seen[i].tag = random.index(12);
+  EXPECT_GT(row.confirmed().fewest_votes, 2);
+}
+
+TEST(ConfirmedObservations, AMotionConfirmsWhatNoNeighbourDoes) {
+  Row row;
+  for (std::size_t view = 0; view < 12; ++view) {
+    row.see(view, 0);
+    if (view % 2 == 1) row.see(view, 20 + view);  // nobody twice
+    row.motions.push_back({view > 0, SE3(SO3(), {0.05, 0, 0}), 1e-6 * Matrix6::Identity()});
+  }
+  const Confirmation confirmation = row.confirmed();
+  for (std::size_t i = 0; i < row.seen.size(); ++i)
+    EXPECT_EQ(confirmation.doubtful[i], row.seen[i].tag == 0 ? 0 : 1) << i;
+}
+
+/// Tag 1 beside tag 0 in two views, then alone for a while, then beside tag 2; and some wrong ids.
+Row passed_on() {
+  Row row = walk(0);
+  for (std::size_t view = 0; view < 20; ++view) {
+    if (view < 2) row.see(view, 0);
+    row.see(view, 1);
+    if (view >= 10) row.see(view, 2);
+  }
+  for (std::size_t view = 30; view < 40; ++view) {  // pairs of ids that are never seen again
+    row.see(view, 2 * view);
+    row.see(view, 2 * view + 1);
+  }
+  return row;
+}
+
+TEST(ConfirmedObservations, ATagThatHardlyMovesInTheImageIsTheSameOne) {
+  Row row = passed_on();
+  const Confirmation without = row.confirmed();
+  EXPECT_EQ(without.doubtful[1], 1) << "beside tag 0: no more than two say so, and many ids are wrong";
+  row.know_the_image();
+  const Confirmation with = row.confirmed();
+  for (std::size_t i = 0; i < row.seen.size(); ++i)
+    EXPECT_EQ(with.doubtful[i], row.seen[i].view >= 30 ? 1 : 0) << i;
+}
+
+TEST(ConfirmedObservations, ATagThatJumpsInTheImageIsNot) {
+  Row row = passed_on();
+  row.know_the_image();
+  for (std::size_t i = 0; i < row.seen.size(); ++i) {
+    if (row.seen[i].tag == 1 && row.seen[i].view >= 2) row.seen[i].centre_px.x() += 60;
+  }
+  EXPECT_EQ(row.confirmed().doubtful[1], 1);
+}
+
+TEST(ConfirmedObservations, WhatStandsAloneCannotMislead) {
+  Row row;
+  for (std::size_t view = 0; view < 5; ++view) row.see(view, view);
+  EXPECT_EQ(count(row.confirmed()), 0);
+  EXPECT_TRUE(Row().confirmed().doubtful.empty());
+}
+
+}  // namespace
+}  // namespace waymark::internal
