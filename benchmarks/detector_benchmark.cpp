@@ -1,7 +1,4 @@
 // The detector beside libapriltag itself, on rendered pictures of twenty tags before a cluttered background.
-#include <apriltag/apriltag.h>
-#include <apriltag/tag36h11.h>
-
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -9,10 +6,12 @@
 #include <string>
 #include <utility>
 
+#include <apriltag/apriltag.h>
+#include <apriltag/tag36h11.h>
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark {

@@ -24,7 +24,7 @@
 #include "waymark/robots/process/process_robot.hpp"
 #include "waymark/robots/simulated/detecting_camera.hpp"
 #include "waymark/robots/simulated/simulated_robot.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 #include "waymark/tags/refinement.hpp"
 

@@ -19,8 +19,8 @@
 #include <libdeflate.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/recording/mcap_reader.hpp"
-#include "waymark/recording/mcap_writer.hpp"
+#include "waymark/recording/mcap/reader.hpp"
+#include "waymark/recording/mcap/writer.hpp"
 
 namespace waymark::mcap {
 namespace {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/refinement.hpp"
 
 namespace waymark {

@@ -10,9 +10,9 @@
 #include "waymark/config/world_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
-#include "waymark/simulation/path.hpp"
-#include "waymark/simulation/photograph.hpp"
-#include "waymark/simulation/scene_camera.hpp"
+#include "waymark/simulation/render/photograph.hpp"
+#include "waymark/simulation/render/scene_camera.hpp"
+#include "waymark/simulation/world/world.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark {

@@ -11,7 +11,7 @@
 
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/simulation/scene_camera.hpp"
+#include "waymark/simulation/render/scene_camera.hpp"
 
 namespace waymark {
 namespace {

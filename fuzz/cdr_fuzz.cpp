@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_messages.hpp"
-#include "waymark/recording/sample_reader.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/messages.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "waymark/recording/mcap_reader.hpp"
-#include "waymark/recording/mcap_recover.hpp"
+#include "waymark/recording/mcap/reader.hpp"
+#include "waymark/recording/mcap/recover.hpp"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // Any bytes behind the magic of a ROS 1 bag.
 #include "log_fuzz.hpp"
-#include "waymark/recording/ros1_bag_records.hpp"
+#include "waymark/recording/ros1/bag_log.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   waymark::Bytes bag;

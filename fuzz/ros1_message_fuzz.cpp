@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "waymark/recording/ros1_transcoder.hpp"
+#include "waymark/recording/cdr_channels.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto* end = std::find(data, data + size, std::uint8_t{0});

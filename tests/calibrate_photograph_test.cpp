@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/mapping/camera/camera_calibration.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 #include "waymark/tags/tag_finder.hpp"
 

@@ -11,7 +11,7 @@
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/robots/simulated/simulated_source.hpp"
 #include "waymark/runtime/robot_loop.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

@@ -14,13 +14,13 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/localization/innovation_calibration.hpp"
+#include "waymark/localization/innovation_fits.hpp"
 #include "waymark/localization/smoother.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/robots/simulated/simulated_robot.hpp"
-#include "waymark/simulation/path.hpp"
-#include "waymark/simulation/scripted_driver.hpp"
+#include "waymark/simulation/robot/scripted_driver.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

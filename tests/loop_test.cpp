@@ -16,8 +16,8 @@
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/robots/simulated/simulated_robot.hpp"
-#include "waymark/simulation/path.hpp"
-#include "waymark/simulation/scripted_driver.hpp"
+#include "waymark/simulation/robot/scripted_driver.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

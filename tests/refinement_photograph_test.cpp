@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/corner_table.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/refinement.hpp"
 
 namespace waymark {

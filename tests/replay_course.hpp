@@ -14,7 +14,7 @@
 #include "waymark/replay/route_progress.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/samples/visibility.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark::replay_course {
 

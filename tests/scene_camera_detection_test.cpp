@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/simulation/photograph.hpp"
-#include "waymark/simulation/scene_camera.hpp"
+#include "waymark/simulation/render/photograph.hpp"
+#include "waymark/simulation/render/scene_camera.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark {

@@ -3,9 +3,8 @@
 #include <iterator>
 
 #include "family_table_row.hpp"
-#include "waymark/families/family_table.hpp"
-
 #include "family_tables.hpp"
+#include "waymark/families/apriltag_family.hpp"
 
 namespace waymark {
 

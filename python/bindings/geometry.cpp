@@ -9,7 +9,6 @@
 #include "python/bindings/rooms.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/se2.hpp"
-#include "waymark/geometry/se23.hpp"
 #include "waymark/geometry/se3.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 

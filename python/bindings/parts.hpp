@@ -8,7 +8,7 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 /// What structs are made of, for pickle: `parts(value, apply)` calls `apply` with all fields in their order.
 /// A field that is added to a struct does not compile before it is named here.

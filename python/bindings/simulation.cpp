@@ -16,7 +16,7 @@
 #include "python/bindings/values.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 
 namespace waymark::python {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "python/bindings/errors.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark::python {
 namespace {

@@ -74,10 +74,10 @@ class PlantedViolations(unittest.TestCase):
     def test_a_header_that_a_public_one_includes_must_be_listed(self):
         missing = self.check_public_headers(["waymark/geometry/se2.hpp"], "--check")
         self.assertEqual(missing.returncode, 1)
-        self.assertIn("waymark/geometry/so2.hpp is missing", missing.stdout)
+        self.assertIn("waymark/geometry/se2.hpp is missing", missing.stdout)
         self.assertEqual(self.check_public_headers(None).returncode, 0)
         self.assertEqual(self.check_public_headers(None, "--check").returncode, 0)
-        self.assertIn("waymark/geometry/so2.hpp", (self.root / "cmake/public_headers.txt").read_text())
+        self.assertIn("waymark/geometry/se2.hpp", (self.root / "cmake/public_headers.txt").read_text())
         with open(self.root / "cmake/public_headers.txt", "a") as page:
             page.write("waymark/geometry/se3.hpp\n")
         self.assertIn("nothing public includes waymark/geometry/se3.hpp", self.check_public_headers(None, "--check").stdout)
@@ -89,10 +89,10 @@ class PlantedViolations(unittest.TestCase):
 
     def test_a_program_of_others_may_include_public_headers_only(self):
         self.check_public_headers(["waymark/geometry/se2.hpp"])
-        (self.root / "tests/consumer/main.cpp").write_text("#include <waymark/geometry/so2.hpp>\n")
+        (self.root / "tests/consumer/main.cpp").write_text("#include <waymark/geometry/se2.hpp>\n")
         result = self.check_public_headers(None, "--check")
         self.assertEqual(result.returncode, 1)
-        self.assertIn("tests/consumer/main.cpp: includes waymark/geometry/so2.hpp, which is not public", result.stdout)
+        self.assertIn("tests/consumer/main.cpp: includes waymark/geometry/se2.hpp, which is not public", result.stdout)
 
     def test_a_room_without_a_row_is_found(self):
         (self.root / "waymark/attic").mkdir()

@@ -8,7 +8,6 @@
 
 #include "waymark/geometry/se2.hpp"
 #include "waymark/geometry/se3.hpp"
-#include "waymark/geometry/so3.hpp"
 
 // Matchers that say by how much, in metres and radians:
 //

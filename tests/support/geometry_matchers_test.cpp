@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/geometry/se23.hpp"
+#include "waymark/geometry/se3.hpp"
 
 namespace waymark::testing {
 namespace {

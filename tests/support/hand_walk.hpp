@@ -12,7 +12,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/mapping/scene/tag_scene.hpp"
 #include "waymark/samples/visibility.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 /// A person walks once round a room with a camera in the hand and films the tags on its walls.
 namespace waymark::testing {

@@ -8,7 +8,6 @@
 #include <rapidcheck/gtest.h>
 
 #include "tests/support/random_camera.hpp"
-#include "waymark/camera/polynomial.hpp"
 
 namespace waymark {
 namespace {

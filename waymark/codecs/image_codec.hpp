@@ -7,7 +7,6 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/image/color_image.hpp"
 #include "waymark/image/image.hpp"
 
 namespace waymark {

@@ -10,7 +10,7 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/luma.hpp"
-#include "waymark/image/sampling.hpp"
+#include "waymark/image/image.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
-#include "waymark/simulation/faults.hpp"
+#include "waymark/simulation/robot/faults.hpp"
 
 namespace waymark {
 

@@ -6,7 +6,7 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/simulation/world_check.hpp"
+#include "waymark/simulation/world/world_check.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/config/field_size.hpp"
-#include "waymark/geometry/so3.hpp"
+#include "waymark/geometry/se3.hpp"
 #include "waymark/samples/tag_map.hpp"
 
 /// Field maps of Limelight (FMAP): JSON with `fiducials`, each with family, id, size [mm] and a 4x4 transform

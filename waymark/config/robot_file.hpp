@@ -11,7 +11,7 @@
 #include "waymark/config/commission_record.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_model.hpp"
-#include "waymark/simulation/simulated_robot_options.hpp"
+#include "waymark/simulation/robot/simulated_robot_options.hpp"
 
 namespace waymark {
 

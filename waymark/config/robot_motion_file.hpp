@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "waymark/base/error.hpp"
-#include "waymark/localization/riekf_options.hpp"
+#include "waymark/localization/riekf.hpp"
 
 namespace waymark {
 

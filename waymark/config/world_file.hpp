@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "waymark/base/error.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 

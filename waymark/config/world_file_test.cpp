@@ -8,7 +8,7 @@
 #include "waymark/config/world_robot.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "waymark/config/yaml_cursor.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark::internal {
 

@@ -8,7 +8,7 @@
 #include <Eigen/Dense>
 
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/image/sampling.hpp"
+#include "waymark/image/image.hpp"
 
 namespace waymark {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/se3.hpp"
 #include "waymark/samples/tag_detection.hpp"
 
@@ -50,5 +51,14 @@ struct CornerJacobians {
                                                                          const CameraModel& camera,
                                                                          const CornerPoses& poses,
                                                                          CornerJacobians* J = nullptr);
+
+/// J_r_intrinsics (8 x n) of the whitened residual of corner_residual().
+using CornerIntrinsicsJacobian =
+    Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMostIntrinsics>;
+
+/// Nothing when a corner is behind the camera or beyond the lens. No allocation.
+[[nodiscard]] std::optional<CornerIntrinsicsJacobian> corner_intrinsics_jacobian(const CornerFactor& factor,
+                                                                                 const CameraModel& camera,
+                                                                                 const CornerPoses& poses);
 
 }  // namespace waymark

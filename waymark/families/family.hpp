@@ -74,4 +74,9 @@ struct Family {
 /// circle family), total_width x total_width, row by row from TL as a reader sees it.
 [[nodiscard]] std::vector<std::uint8_t> bitmap(const TagId& id);
 
+/// A list of numbers of a family as people write it: "0-3,7,9" is 0 1 2 3 7 9, in the order written. Errors:
+/// InvalidArgument for what is no such list, a range that runs backwards, or a number the family does not
+/// have.
+[[nodiscard]] Result<std::vector<int>> parse_tag_numbers(FamilyId family, std::string_view text);
+
 }  // namespace waymark

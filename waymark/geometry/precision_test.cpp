@@ -8,10 +8,7 @@
 
 #include "tests/support/geometry_samples.hpp"
 #include "waymark/geometry/se2.hpp"
-#include "waymark/geometry/se23.hpp"
 #include "waymark/geometry/se3.hpp"
-#include "waymark/geometry/so2.hpp"
-#include "waymark/geometry/so3.hpp"
 #include "waymark/geometry/stumpff.hpp"
 
 namespace waymark {

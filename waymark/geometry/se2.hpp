@@ -1,8 +1,81 @@
 #pragma once
 
-#include "waymark/geometry/so2.hpp"
+#include <cassert>
+#include <cmath>
+
+#include <Eigen/Core>
 
 namespace waymark {
+
+/// A rotation of the plane, a_R_b, kept as a unit complex number (cos, sin): no wrapping of angles anywhere.
+/// Tangent: the angle [rad], counter-clockwise. Drift is bounded as in SO3.
+class SO2 {
+ public:
+  static constexpr int kDof = 1;
+  static constexpr int kRotationDof = 1;  ///< the last so many of a tangent are rotation
+  static constexpr int kMatrixSize = 2;
+  static constexpr int kPointSize = 2;
+  using Tangent = Eigen::Matrix<double, 1, 1>;
+  using Jacobian = Eigen::Matrix<double, 1, 1>;
+  using Matrix = Eigen::Matrix2d;
+  using Point = Eigen::Vector2d;
+
+  SO2() = default;
+  /// Counter-clockwise by `angle` [rad].
+  explicit SO2(double angle) : cos_(std::cos(angle)), sin_(std::sin(angle)) { assert(std::isfinite(angle)); }
+
+  /// From a direction (cosine, sine) of any length but 0, e.g. a vector along the x axis of b, in a.
+  [[nodiscard]] static SO2 from_cos_sin(double cosine, double sine) {
+    const double length = std::hypot(cosine, sine);
+    assert(std::isfinite(length) && length > 0);
+    return {cosine / length, sine / length};
+  }
+
+  [[nodiscard]] static SO2 identity() { return {}; }
+  [[nodiscard]] static SO2 exp(const Tangent& xi) { return SO2(xi[0]); }
+  [[nodiscard]] Tangent log() const { return Tangent(angle()); }
+  /// In (-pi, pi] [rad].
+  [[nodiscard]] double angle() const {
+    return std::atan2(sin_ + 0.0, cos_);
+  }  // + 0.0: a sine of -0 is not an angle of -pi
+
+  [[nodiscard]] SO2 inverse() const { return {cos_, -sin_}; }
+  [[nodiscard]] SO2 operator*(const SO2& b_R_c) const {
+    return renormalized(cos_ * b_R_c.cos_ - sin_ * b_R_c.sin_, sin_ * b_R_c.cos_ + cos_ * b_R_c.sin_);
+  }
+  [[nodiscard]] Point operator*(const Point& b_p) const {
+    return {cos_ * b_p.x() - sin_ * b_p.y(), sin_ * b_p.x() + cos_ * b_p.y()};
+  }
+  /// a_p = a_R_b b_p with its Jacobians: J_p_R (2x1) for a left perturbation of the rotation, J_p_p (2x2) for
+  /// the point.
+  [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix<double, 2, 1>* J_p_R,
+                          Matrix* J_p_p = nullptr) const;
+
+  [[nodiscard]] Matrix matrix() const;
+  [[nodiscard]] Jacobian adjoint() const { return Jacobian::Identity(); }
+  [[nodiscard]] static Jacobian ad(const Tangent&) { return Jacobian::Zero(); }
+  [[nodiscard]] static Matrix hat(const Tangent& xi);
+  [[nodiscard]] static Tangent vee(const Matrix& m) { return Tangent((m(1, 0) - m(0, 1)) / 2); }
+
+  [[nodiscard]] static Jacobian left_jacobian(const Tangent&) { return Jacobian::Identity(); }
+  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent&) { return Jacobian::Identity(); }
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent&) { return Jacobian::Identity(); }
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent&) { return Jacobian::Identity(); }
+
+  /// Same bits.
+  friend bool operator==(const SO2&, const SO2&) = default;
+
+ private:
+  SO2(double cosine, double sine) : cos_(cosine), sin_(sine) {}
+  /// One Newton step towards unit length squares the error that rounding left; see SO3.
+  [[nodiscard]] static SO2 renormalized(double cosine, double sine) {
+    const double scale = (3.0 - (cosine * cosine + sine * sine)) / 2;
+    return {cosine * scale, sine * scale};
+  }
+
+  double cos_ = 1.0;
+  double sin_ = 0.0;
+};
 
 /// A rigid motion of the plane, a_T_b = (a_R_b, a_t_b). Tangent: (x, y, yaw) [m, m, rad], in the parent frame
 /// a.

@@ -1,9 +1,116 @@
 #pragma once
 
-#include "waymark/geometry/so3.hpp"
+#include <cassert>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "waymark/base/error.hpp"
 #include "waymark/geometry/stumpff.hpp"
 
 namespace waymark {
+
+/// A rotation of space, a_R_b, kept as a unit quaternion with w >= 0. Why a quaternion: a product costs less
+/// than one of matrices, log is exact up to and at an angle of pi, and unit length is all there is to keep.
+/// Every product is renormalised, so the length stays within a few units in the last place of 1 however long
+/// the chain. Tangent: the rotation vector [rad], written in the parent frame a.
+class SO3 {
+ public:
+  static constexpr int kDof = 3;
+  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
+  static constexpr int kMatrixSize = 3;
+  static constexpr int kPointSize = 3;
+  using Tangent = Eigen::Vector3d;
+  using Jacobian = Eigen::Matrix3d;
+  using Matrix = Eigen::Matrix3d;
+  using Point = Eigen::Vector3d;
+
+  SO3() = default;
+
+  [[nodiscard]] static SO3 identity() { return {}; }
+  /// From any finite quaternion but zero, of either sign; normalised. For trusted input: see
+  /// try_from_quaternion.
+  [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& a_q_b);
+  /// The rotation nearest to a_R_b in the Frobenius norm (Davenport's q-method, as in Bar-Itzhack, "New
+  /// method for extracting the quaternion from a rotation matrix", JGCD 23(6), 2000). For trusted input: see
+  /// try_from_matrix.
+  [[nodiscard]] static SO3 from_matrix(const Eigen::Matrix3d& a_R_b);
+  /// As from_quaternion for numbers from outside: fails if one is not finite or the length is off 1 by more
+  /// than `tolerance`.
+  [[nodiscard]] static Result<SO3> try_from_quaternion(const Eigen::Quaterniond& a_q_b,
+                                                       double tolerance = 1e-3);
+  /// As from_matrix for numbers from outside: fails if one is not finite, if it is no rotation within
+  /// `tolerance` (largest entry of R^T R - I) or if it is a reflection.
+  [[nodiscard]] static Result<SO3> try_from_matrix(const Eigen::Matrix3d& a_R_b, double tolerance = 1e-3);
+  /// R_z(yaw) R_y(pitch) R_x(roll) [rad] (REP 103: fixed axes, roll about x first). For people; compute with
+  /// log.
+  [[nodiscard]] static SO3 from_rpy(double roll, double pitch, double yaw);
+  /// (roll, pitch, yaw) [rad]: roll, yaw in [-pi, pi], pitch in [-pi/2, pi/2]. Gives back the rotation
+  /// through from_rpy everywhere; at pitch = ±pi/2, where only roll ∓ yaw is defined, yaw is 0 or as rounding
+  /// has it.
+  [[nodiscard]] Eigen::Vector3d rpy() const;
+
+  /// Rotation by |xi| about xi, any finite xi (|xi| < 1e150).
+  [[nodiscard]] static SO3 exp(const Tangent& xi);
+  /// The rotation vector, |log| <= pi. At exactly pi, where two vectors give the same rotation, the one whose
+  /// first component that is not 0 is positive.
+  [[nodiscard]] Tangent log() const;
+  /// Rotation angle in [0, pi] [rad].
+  [[nodiscard]] double angle() const;
+
+  [[nodiscard]] SO3 inverse() const { return canonical(q_.conjugate()); }
+  [[nodiscard]] SO3 operator*(const SO3& b_R_c) const { return renormalized(q_ * b_R_c.q_); }
+  [[nodiscard]] Point operator*(const Point& b_p) const { return q_ * b_p; }
+  /// a_p = a_R_b b_p with its Jacobians: J_p_R (3x3) for a left perturbation of the rotation, J_p_p (3x3) for
+  /// the point.
+  [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix3d* J_p_R, Eigen::Matrix3d* J_p_p = nullptr) const;
+
+  [[nodiscard]] Matrix matrix() const;
+  /// Unit length, w >= 0.
+  [[nodiscard]] const Eigen::Quaterniond& quaternion() const { return q_; }
+
+  /// X exp(xi) X^-1 = exp(X.adjoint() xi).
+  [[nodiscard]] Jacobian adjoint() const { return matrix(); }
+  /// ad(xi) eta = xi x eta.
+  [[nodiscard]] static Jacobian ad(const Tangent& xi) { return hat(xi); }
+  /// hat(xi) p = xi x p.
+  [[nodiscard]] static Matrix hat(const Tangent& xi);
+  /// Inverse of hat; of a matrix that is not skew, that of its skew part.
+  [[nodiscard]] static Tangent vee(const Matrix& m);
+
+  /// exp(xi + d) = exp(left_jacobian(xi) d) exp(xi) to first order in d: I + c2 ad + c3 ad^2.
+  [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi);
+  /// Defined for |xi| < 2 pi.
+  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
+
+  /// Same bits.
+  friend bool operator==(const SO3& x, const SO3& y) { return x.q_.coeffs() == y.q_.coeffs(); }
+
+ private:
+  explicit SO3(const Eigen::Quaterniond& unit) : q_(unit) {}
+  /// I + a xi^ + b xi^ xi^, with xi^ xi^ = xi xi^T - s I.
+  [[nodiscard]] static Matrix polynomial(const Tangent& xi, double s, double a, double b);
+  /// Of the two unit quaternions of a rotation the one with w > 0; for w = 0 the one whose first component
+  /// not 0 is positive.
+  [[nodiscard]] static SO3 canonical(const Eigen::Quaterniond& q) {
+    return SO3(is_canonical(q) ? q : Eigen::Quaterniond(-q.coeffs()));
+  }
+  [[nodiscard]] static bool is_canonical(const Eigen::Quaterniond& q) {
+    if (q.w() != 0) return q.w() > 0;
+    if (q.x() != 0) return q.x() > 0;
+    if (q.y() != 0) return q.y() > 0;
+    return q.z() > 0;
+  }
+  /// One Newton step towards unit length. Two unit factors leave an error of some 1e-16, the step squares it:
+  /// no drift, and no square root.
+  [[nodiscard]] static SO3 renormalized(const Eigen::Quaterniond& q) {
+    return canonical(Eigen::Quaterniond(q.coeffs() * ((3.0 - q.squaredNorm()) / 2)));
+  }
+
+  Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
+};
 
 namespace internal {
 
@@ -87,6 +194,70 @@ class SE3 {
 
   SO3 rotation_;
   Eigen::Vector3d translation_ = Eigen::Vector3d::Zero();
+};
+
+/// An extended pose (R, p, v) in SE_2(3): position, velocity and rotation of b in a, all written in a (Barrau
+/// and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer", IEEE TAC 62(4), 2017; Brossard,
+/// Barrau, Chauchat and Bonnabel, "Associating Uncertainty to Extended Poses for on Lie Group IMU
+/// Preintegration with Rotating Earth", IEEE T-RO 38(2), 2022). Tangent: (position, velocity, rotation) [m,
+/// m/s, rad], in the parent frame.
+class SE23 {
+ public:
+  static constexpr int kDof = 9;
+  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
+  static constexpr int kMatrixSize = 5;
+  using Tangent = Eigen::Matrix<double, 9, 1>;
+  using Jacobian = Eigen::Matrix<double, 9, 9>;
+  using Matrix = Eigen::Matrix<double, 5, 5>;
+
+  SE23() = default;
+  /// Rotation a_R_b, position a_t_b [m], velocity of b as seen from a, written in a [m/s].
+  SE23(const SO3& a_R_b, const Eigen::Vector3d& a_t_b, const Eigen::Vector3d& a_v_b)
+      : rotation_(a_R_b), position_(a_t_b), velocity_(a_v_b) {}
+
+  [[nodiscard]] const SO3& rotation() const { return rotation_; }
+  [[nodiscard]] const Eigen::Vector3d& position() const { return position_; }
+  [[nodiscard]] const Eigen::Vector3d& velocity() const { return velocity_; }
+  /// Without the velocity; a homomorphism.
+  [[nodiscard]] SE3 pose() const { return {rotation_, position_}; }
+
+  [[nodiscard]] static SE23 identity() { return {}; }
+  [[nodiscard]] static SE23 exp(const Tangent& xi);
+  /// Rotation part as SO3::log, |rotation| <= pi.
+  [[nodiscard]] Tangent log() const;
+
+  [[nodiscard]] SE23 inverse() const;
+  [[nodiscard]] SE23 operator*(const SE23& b_X_c) const {
+    return {rotation_ * b_X_c.rotation_, rotation_ * b_X_c.position_ + position_,
+            rotation_ * b_X_c.velocity_ + velocity_};
+  }
+
+  /// [R, p, v; 0, 1, 0; 0, 0, 1].
+  [[nodiscard]] Matrix matrix() const;
+  /// X exp(xi) X^-1 = exp(X.adjoint() xi): [R, 0, p^ R; 0, R, v^ R; 0, 0, R].
+  [[nodiscard]] Jacobian adjoint() const;
+  /// ad(xi) eta = vee(hat(xi) hat(eta) - hat(eta) hat(xi)).
+  [[nodiscard]] static Jacobian ad(const Tangent& xi);
+  [[nodiscard]] static Matrix hat(const Tangent& xi);
+  [[nodiscard]] static Tangent vee(const Matrix& m);
+
+  /// exp(xi + d) = exp(left_jacobian(xi) d) exp(xi) to first order in d: [J, 0, Q_p; 0, J, Q_v; 0, 0, J].
+  [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi);
+  /// Defined for a rotation part < 2 pi.
+  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
+
+  /// Same bits.
+  friend bool operator==(const SE23&, const SE23&) = default;
+
+ private:
+  [[nodiscard]] static Jacobian blocks(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& position,
+                                       const Eigen::Matrix3d& velocity);
+
+  SO3 rotation_;
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace waymark

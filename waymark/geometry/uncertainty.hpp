@@ -4,7 +4,6 @@
 
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/se2.hpp"
-#include "waymark/geometry/se23.hpp"
 #include "waymark/geometry/se3.hpp"
 
 namespace waymark {

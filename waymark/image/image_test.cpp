@@ -7,8 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/image/color_image.hpp"
-#include "waymark/image/sampling.hpp"
 
 namespace waymark {
 namespace {

@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/localization/fixed_lag_smoother.hpp"
+#include "waymark/localization/smoother.hpp"
 #include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 

@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
-#include "waymark/geometry/so3.hpp"
+#include "waymark/geometry/se3.hpp"
 
 namespace waymark {
 

@@ -1,6 +1,7 @@
 #include "waymark/localization/smoother.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/Cholesky>
 
@@ -66,6 +67,15 @@ std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> t
   Smoothed after;
   for (std::size_t k = trace.size(); k-- > first;) after = smoothed_at(trace, k, after);
   return estimate_of(*found, after);
+}
+
+FixedLagSmoother::FixedLagSmoother(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options)
+    : lag_(std::llround(options.lag_s * 1e9)), filter_(std::move(landmarks), std::move(sensor), options) {
+  filter_.tracker().keep_trace(lag_);
+}
+
+std::optional<LocalizationEstimate> FixedLagSmoother::estimate() const {
+  return smoothed_before(filter_.tracker().trace(), lag_);
 }
 
 }  // namespace waymark

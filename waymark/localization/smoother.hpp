@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "waymark/localization/riekf_localizer.hpp"
 #include "waymark/localization/tracker.hpp"
 
 namespace waymark {
@@ -17,5 +18,36 @@ namespace waymark {
 /// Nothing while the run is shorter. O(steps in the lag), no allocation.
 [[nodiscard]] std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> trace,
                                                                   Duration lag);
+
+/// The smoother while the robot drives: fed as the filter is, it says where the robot was a lag ago by all
+/// that was seen since, (18). Nothing before the first lag has passed. What it says of a moment is what
+/// smooth() would say of it if the run ended a lag later. All memory is taken at construction.
+class FixedLagSmoother final : public LocalizationMethod {
+ public:
+  /// The lag comes from RiekfOptions::lag_s.
+  FixedLagSmoother(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options);
+
+  void add(const TagFrame& frame) override { filter_.add(frame); }
+  void add(const Odometry& odometry) override { filter_.add(odometry); }
+  void add(const ImuSample& imu) override { filter_.add(imu); }
+  void add(const TagPoseFrame& frame) override { filter_.add(frame); }
+  void add(const RangeBearing& seen) override { filter_.add(seen); }
+  /// Its stamp is a lag older than the newest motion.
+  [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override;
+  [[nodiscard]] const std::vector<NisRecord>& comparisons() const override { return filter_.comparisons(); }
+  void clear_comparisons() override { filter_.clear_comparisons(); }
+  [[nodiscard]] std::optional<TagFix> tag_fix() const override { return filter_.tag_fix(); }
+  [[nodiscard]] std::vector<std::string> problems() const override { return filter_.problems(); }
+
+  void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) override {
+    filter_.start_from(map_T_base, sigma_m, sigma_rad);
+  }
+  bool restart_from(const GivenPose& given) override { return filter_.restart_from(given); }
+  [[nodiscard]] RiekfLocalizer* filter() override { return &filter_; }
+
+ private:
+  Duration lag_;
+  RiekfLocalizer filter_;
+};
 
 }  // namespace waymark

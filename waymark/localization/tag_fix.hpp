@@ -5,7 +5,7 @@
 
 #include "waymark/localization/method.hpp"
 #include "waymark/localization/observation.hpp"
-#include "waymark/localization/tag_watch.hpp"
+#include "waymark/localization/watches.hpp"
 
 namespace waymark {
 

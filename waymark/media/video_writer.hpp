@@ -8,7 +8,6 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/image/color_image.hpp"
 #include "waymark/image/image.hpp"
 
 namespace waymark {

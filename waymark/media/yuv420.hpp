@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "waymark/image/color_image.hpp"
 #include "waymark/image/image.hpp"
 
 /// Pictures as encoders take them: a plane of luma, and two of chroma with half its width and height; full

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "waymark/localization/anchor_localizer.hpp"
-#include "waymark/localization/fixed_lag_smoother.hpp"
+#include "waymark/localization/smoother.hpp"
 
 namespace waymark {
 

@@ -3,7 +3,6 @@
 #include <span>
 
 #include "waymark/base/error.hpp"
-#include "waymark/image/color_image.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 

@@ -6,9 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/recording/big_endian.hpp"
-#include "waymark/recording/log_problems.hpp"
-#include "waymark/recording/temporary_file.hpp"
+#include "waymark/recording/byte_io.hpp"
+#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {

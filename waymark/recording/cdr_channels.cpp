@@ -1,8 +1,131 @@
 #include "waymark/recording/cdr_channels.hpp"
 
+#include <algorithm>
+#include <bit>
+
 #include <fmt/format.h>
 
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/messages.hpp"
+
+namespace waymark::ros {
+namespace {
+
+/// A message of empty structs could make a great deal of nothing.
+constexpr std::size_t kMaxGrowth = 16;
+constexpr std::size_t kGrowthRoom = 1 << 16;
+
+class Walk {
+ public:
+  Walk(const Definition& definition, ByteSpan message, Bytes& out)
+      : definition_(definition),
+        in_(message),
+        out_(out),
+        origin_(out.size()),
+        max_out_(out.size() + kGrowthRoom + kMaxGrowth * message.size()) {}
+
+  bool structure(std::size_t number) {
+    // Structs can be nested so that they read nothing and repeat without end.
+    if (++steps_ > max_out_) return false;
+    const Struct& s = definition_.structs[number];
+    if (s.fields.empty()) out_.push_back(0);
+    if (s.has_sequence_number) (void)in_.take(4);
+    for (std::size_t i = s.has_sequence_number ? 1 : 0; i < s.fields.size(); ++i) {
+      if (!field(s.fields[i])) return false;
+    }
+    return !in_.failed() && out_.size() <= max_out_;
+  }
+
+  [[nodiscard]] bool at_end() const { return in_.remaining() == 0; }
+  [[nodiscard]] std::size_t position() const { return in_.position(); }
+
+ private:
+  bool field(const Field& field) {
+    std::uint32_t count = field.count;
+    if (field.repeat == Repeat::Sequence) {
+      count = in_.number<std::uint32_t>();
+      align(4);
+      append_little_endian(out_, count);
+    }
+    if (const std::size_t size = size_of(field.type); size != 0) return numbers(count, size);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!element(field)) return false;
+    }
+    return !in_.failed();
+  }
+
+  /// Both sides are little-endian: only the padding differs.
+  bool numbers(std::uint32_t count, std::size_t size) {
+    const ByteSpan bytes = in_.take(std::uint64_t{count} * size);
+    if (in_.failed()) return false;
+    if (count > 0) align(size);
+    append(out_, bytes);
+    return true;
+  }
+
+  bool element(const Field& field) {
+    if (field.type == Primitive::Struct) return structure(field.structure);
+    if (field.type == Primitive::String) {
+      const ByteSpan text = in_.counted<std::uint32_t>();
+      if (in_.failed()) return false;
+      align(4);
+      append_little_endian(out_, static_cast<std::uint32_t>(text.size() + 1));
+      append(out_, text);
+      out_.push_back(0);
+      return true;
+    }
+    align(4);  // time, duration: seconds, nanoseconds
+    append(out_, in_.take(8));
+    return !in_.failed();
+  }
+
+  void align(std::size_t size) {
+    while ((out_.size() - origin_) % size != 0) out_.push_back(0);
+  }
+
+  const Definition& definition_;
+  ByteReader in_;
+  Bytes& out_;
+  std::size_t origin_;
+  std::size_t max_out_;
+  std::size_t steps_ = 0;
+};
+
+}  // namespace
+
+Result<Ros1Transcoder> Ros1Transcoder::make(std::string_view type, std::string_view definition) {
+  Result<Definition> parsed = parse_definition(type, definition);
+  if (!parsed) return tl::unexpected(parsed.error());
+  Ros1Transcoder transcoder;
+  transcoder.definition_ = std::move(*parsed);
+  transcoder.type_ = ros2_type(type == "tf/tfMessage" ? "tf2_msgs/TFMessage" : type);
+  const std::string known = ros2::schema_text(transcoder.type_);
+  if (!known.empty()) {
+    const Result<Definition> ours = parse_definition(transcoder.type_, known);
+    transcoder.same_ = ours && wire_layout(*ours) == wire_layout(transcoder.definition_);
+  }
+  transcoder.schema_ = !known.empty() && transcoder.same_ ? known : ros2_text(transcoder.definition_);
+  return transcoder;
+}
+
+bool Ros1Transcoder::drops_sequence_numbers() const {
+  return std::ranges::any_of(definition_.structs, &Struct::has_sequence_number);
+}
+
+Status Ros1Transcoder::transcode(ByteSpan message, Bytes& out) const {
+  append(out, cdr::kLittleEndian);
+  Walk walk(definition_, message, out);
+  if (!walk.structure(0))
+    return fail(ErrorCode::Unreadable,
+                fmt::format("a message of {} bytes ends too early for its type {}", message.size(), type_));
+  if (!walk.at_end())
+    return fail(ErrorCode::Unreadable,
+                fmt::format("a message of {} bytes is longer than its type {} ({} bytes)", message.size(),
+                            type_, walk.position()));
+  return {};
+}
+
+}  // namespace waymark::ros
 
 namespace waymark {
 namespace {

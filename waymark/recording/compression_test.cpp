@@ -6,7 +6,6 @@
 #include <zlib.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/recording/unpack.hpp"
 
 namespace waymark {
 namespace {

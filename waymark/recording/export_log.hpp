@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
-#include "waymark/recording/bag_metadata.hpp"
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/message_log.hpp"
+#include "waymark/recording/ros2/rosbag2_writer.hpp"
 
 /// Recordings of any format written as another.
 namespace waymark {

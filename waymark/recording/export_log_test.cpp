@@ -10,10 +10,10 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/cdr.hpp"
 #include "waymark/recording/logged_poses.hpp"
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 namespace {

@@ -1,8 +1,9 @@
 // What is said of the stamps of a recording.
+#include "waymark/recording/log_report.hpp"
+
 #include <gtest/gtest.h>
 
-#include "waymark/recording/log_report.hpp"
-#include "waymark/recording/mcap_writer.hpp"
+#include "waymark/recording/mcap/writer.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {

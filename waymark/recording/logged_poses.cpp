@@ -3,13 +3,11 @@
 #include <algorithm>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
-#include "waymark/recording/export_progress.hpp"
-#include "waymark/recording/log_formats.hpp"
-#include "waymark/recording/log_problems.hpp"
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -10,14 +11,15 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/byte_io.hpp"
-#include "waymark/recording/sample_reader.hpp"
-#include "waymark/recording/unpack_limits.hpp"
+#include "waymark/recording/compression.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 /// One door to every recording we can read, whoever wrote it (docs/formats/importing.md). What is read is
@@ -61,6 +63,11 @@ struct LogProblem {
 
 /// With its place, and how often.
 [[nodiscard]] std::string to_string(const LogProblem& problem);
+
+/// The stamp of a sample as a log time.
+[[nodiscard]] inline std::uint64_t log_time_of(const Sample& sample) {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp_of(sample).time_since_epoch().count()));
+}
 
 /// Which messages: all topics when empty; log times in [from, to) nanoseconds.
 struct LogSelection {
@@ -172,5 +179,69 @@ class MessageLog {
 /// The same of bytes from anywhere.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
                                                            const LogOptions& options = {});
+
+/// Problems by their key, in the order they were first seen; what happens often is counted, not repeated.
+class LogProblems {
+ public:
+  /// The words are made only for the first of a kind: `words()` gives the Error.
+  template <class Words>
+  void add(LogProblem::Kind kind, std::string_view key, Words&& words, std::uint64_t count = 1) {
+    const auto known = std::ranges::find(list_, key, &LogProblem::key);
+    if (known != list_.end()) {
+      known->count += count;
+    } else {
+      list_.push_back({kind, std::string(key), std::forward<Words>(words)(), count});
+    }
+  }
+  template <class Words>
+  void damage(std::string_view key, Words&& words) {
+    add(LogProblem::Kind::Damage, key, std::forward<Words>(words));
+  }
+  template <class Words>
+  void trap(std::string_view key, Words&& words, std::uint64_t count = 1) {
+    add(LogProblem::Kind::Trap, key, std::forward<Words>(words), count);
+  }
+  /// Each with its own words.
+  void damages(std::string_view key, const std::vector<Error>& errors) {
+    for (const Error& error : errors) list_.push_back({LogProblem::Kind::Damage, std::string(key), error, 1});
+  }
+
+  void clear() { list_.clear(); }
+  [[nodiscard]] const std::vector<LogProblem>& list() const { return list_; }
+  void append_to(std::vector<LogProblem>& out) const { out.insert(out.end(), list_.begin(), list_.end()); }
+
+ private:
+  std::vector<LogProblem> list_;
+};
+
+/// What was found when a log was opened, then what the last visit found.
+[[nodiscard]] inline std::vector<LogProblem> joined(const LogProblems& opened, const LogProblems& visited) {
+  std::vector<LogProblem> all = opened.list();
+  visited.append_to(all);
+  return all;
+}
+
+}  // namespace waymark
+
+/// The formats of recordings: one row of the table in log_formats.cpp each.
+namespace waymark {
+
+/// A file is recognised by at most so many of its first bytes.
+inline constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
+
+/// Opens bytes that are not packed by the format that `head`, their first ones, begin. Fails on those of no
+/// format.
+[[nodiscard]] Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> source,
+                                                                 ByteSpan head, const LogOptions& options);
+
+/// Whether bytes begin as an SQLite file, which is read by its path.
+[[nodiscard]] bool begins_as_sqlite(ByteSpan head);
+
+/// Whether a file begins as a recording does (MCAP, rosbag2, ROS 1 bag, LCM; a table could be anything), or
+/// as a packed one may. Reads the first bytes of a regular file; pipes are left alone.
+[[nodiscard]] bool looks_like_recording(const std::string& path);
+
+/// Whether recordings of this format give samples of the robot rather than messages with types of ROS.
+[[nodiscard]] bool gives_samples(LogFormat format);
 
 }  // namespace waymark

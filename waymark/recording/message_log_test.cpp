@@ -5,19 +5,19 @@
 #include <filesystem>
 #include <utility>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 #include "tests/support/data.hpp"
+#include "waymark/recording/byte_file.hpp"
+#include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/compression.hpp"
 #include "waymark/recording/export_log.hpp"
-#include "waymark/recording/mcap_writer.hpp"
-#include "waymark/recording/ros1_transcoder.hpp"
-#include "waymark/recording/ros2_messages.hpp"
-#include "waymark/recording/temporary_file.hpp"
-#include "waymark/recording/unpack.hpp"
+#include "waymark/recording/mcap/writer.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 namespace {

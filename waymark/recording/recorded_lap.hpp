@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/recording/message_log.hpp"
-#include "waymark/recording/sample_reader.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
 #include "waymark/samples/trajectory.hpp"
 
 namespace waymark {

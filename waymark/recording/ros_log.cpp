@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "waymark/recording/camera_facts.hpp"
 #include "waymark/recording/cdr_channels.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/recording_setup.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 

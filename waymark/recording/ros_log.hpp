@@ -1,6 +1,5 @@
 #pragma once
 
-#include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {

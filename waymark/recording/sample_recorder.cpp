@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/sample_topics.hpp"
+#include "waymark/codecs/image_codec.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
 
 namespace waymark {
 namespace {
@@ -140,6 +140,25 @@ Status SampleRecorder::add_attachment(const std::string& name, const std::string
                                    .name = name,
                                    .media_type = media_type,
                                    .data = {as_bytes(text)}});
+}
+
+namespace {
+
+constexpr const char* kCompressed = "/image_raw/compressed";
+constexpr int kJpegQuality = 92;
+
+}  // namespace
+
+Status record_picture(const CameraFrame& picture, const std::string& how, SampleRecorder& recorder) {
+  if (how.empty()) return {};
+  if (how == "raw") return recorder.add(picture);
+  auto bytes = encode_jpeg(picture.image, kJpegQuality);
+  if (!bytes) return tl::unexpected(bytes.error());
+  ros2::CompressedImage message;
+  message.header = ros2::to_ros(CameraFrame{.stamp = picture.stamp, .camera = picture.camera}).header;
+  message.format = "jpeg";
+  message.data = std::move(*bytes);
+  return recorder.add_message(topic_of_camera(picture.camera, kCompressed), picture.stamp, message);
 }
 
 }  // namespace waymark

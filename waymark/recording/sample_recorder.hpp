@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/recording/mcap_writer.hpp"
-#include "waymark/recording/offered_qos.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/mcap/writer.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/offered_qos.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -85,5 +85,31 @@ class SampleRecorder {
   std::optional<SensorTime> newest_{};    ///< of the other sensors
   std::vector<MountedCamera> cameras_{};  ///< wait for the first sample
 };
+
+}  // namespace waymark
+
+namespace waymark::topics {
+
+// The topic of each kind of sample. Tags have two: TagFrame is recorded with its corner covariances.
+[[nodiscard]] inline const char* of(const TagFrame& /**/) { return kTags; }
+[[nodiscard]] inline const char* of(const Odometry& /**/) { return kOdometry; }
+[[nodiscard]] inline const char* of(const WheelTicks& /**/) { return kWheels; }
+[[nodiscard]] inline const char* of(const ImuSample& /**/) { return kImu; }
+[[nodiscard]] inline const char* of(const StampedCommand& /**/) { return kCommand; }
+[[nodiscard]] inline const char* of(const TruthPose& /**/) { return kTruth; }
+[[nodiscard]] inline const char* of(const CameraFrame& /**/) { return kImage; }
+[[nodiscard]] inline const char* of(const TagPoseFrame& /**/) { return kTagPoses; }
+[[nodiscard]] inline const char* of(const RangeBearing& /**/) { return kRangeBearing; }
+[[nodiscard]] inline const char* of(const LaserScan& /**/) { return kScan; }
+[[nodiscard]] inline const char* of(const GamepadState& /**/) { return kGamepad; }
+
+}  // namespace waymark::topics
+
+/// How pictures get into a recording (--record-images, --pictures).
+namespace waymark {
+
+/// Writes a picture as `how` says: raw; jpeg, a tenth as large; empty: not at all.
+[[nodiscard]] Status record_picture(const CameraFrame& picture, const std::string& how,
+                                    SampleRecorder& recorder);
 
 }  // namespace waymark

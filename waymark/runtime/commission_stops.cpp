@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/geometry/so2.hpp"
+#include "waymark/geometry/se2.hpp"
 #include "waymark/runtime/commission_lines.hpp"
 
 namespace waymark {

@@ -5,7 +5,7 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/image/image.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 

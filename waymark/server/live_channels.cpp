@@ -5,8 +5,8 @@
 
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/sample_topics.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 namespace {

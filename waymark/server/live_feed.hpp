@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "waymark/camera/camera_model.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/runtime/viewer_orders.hpp"
 #include "waymark/samples/robot_samples.hpp"
 

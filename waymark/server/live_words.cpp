@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/server/client_message.hpp"
 
 namespace waymark {

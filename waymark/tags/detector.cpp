@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "waymark/image/sampling.hpp"
+#include "waymark/image/image.hpp"
 #include "waymark/samples/corners.hpp"
 
 namespace waymark {

@@ -10,7 +10,7 @@
 #include <Eigen/Cholesky>
 
 #include "tests/support/facing_tag.hpp"
-#include "waymark/image/sampling.hpp"
+#include "waymark/image/image.hpp"
 
 namespace waymark {
 namespace {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "waymark/families/family.hpp"
-#include "waymark/image/sampling.hpp"
+#include "waymark/image/image.hpp"
 #include "waymark/samples/corners.hpp"
 #include "waymark/tags/quads.hpp"
 #include "waymark/tags/shrink.hpp"

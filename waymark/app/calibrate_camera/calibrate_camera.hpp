@@ -13,6 +13,7 @@
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
+/// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
 namespace waymark {
 
 /// Which pictures of a video are views worth calibrating on.
@@ -55,11 +56,6 @@ struct StampedMarks {
 /// farthest from each other. `diagonal_px` is that of the pictures. O(pictures * views * marks).
 [[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
-
-}  // namespace waymark
-
-/// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
-namespace waymark {
 
 struct CalibrateCameraJob {
   std::vector<std::string> sources{};  ///< pictures of the board …

@@ -14,7 +14,7 @@
 #include "tests/support/data.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/media/video_writer.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {

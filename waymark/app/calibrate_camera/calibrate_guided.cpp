@@ -14,7 +14,7 @@
 #include "waymark/app/live/camera_page.hpp"
 #include "waymark/app/live/camera_watch.hpp"
 #include "waymark/media/video_format.hpp"
-#include "waymark/recording/log_formats.hpp"
+#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {

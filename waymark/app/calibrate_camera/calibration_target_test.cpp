@@ -88,5 +88,14 @@ TEST(CalibrationTarget, AFinderOfNothingFindsNothing) {
   EXPECT_TRUE(found->marks.empty());
 }
 
+TEST(CalibrationTarget, ABoardThatCannotBeIsRefused) {
+  EXPECT_FALSE(CalibrationTarget::make({}));
+  EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5}));
+  EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5, .tag_size_m = 0.04, .map = "map.yaml"}));
+  const auto ids = CalibrationTarget::make({.columns = 60, .rows = 50, .tag_size_m = 0.04});
+  ASSERT_FALSE(ids);
+  EXPECT_THAT(ids.error().message, HasSubstr("tags 0 to 2999"));
+}
+
 }  // namespace
 }  // namespace waymark

@@ -14,7 +14,7 @@
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 
 namespace waymark {
 namespace {

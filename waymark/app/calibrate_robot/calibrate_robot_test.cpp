@@ -131,5 +131,60 @@ TEST(TakeCalibrated, OnlyWhatIsKnownReplacesTheNumbersOfTheFilter) {
   EXPECT_EQ(filter.yaw_gain, yaw_gain) << "what the drive did not tell stays as it is";
 }
 
+TEST(CalibrateRobot, AJobThatMakesNoSenseReadsNothing) {
+  CalibrateRobotJob job{.drive = {.logs = {"/nowhere/lap.mcap"}}};
+  job.from_s = 5;
+  job.to_s = 5;
+  const auto span = calibrate_robot(job, {});
+  ASSERT_FALSE(span);
+  EXPECT_EQ(span.error().place.key, "--to");
+  job.to_s = 6;
+  job.by = CalibrateRobotBy::Innovations;
+  const auto map = calibrate_robot(job, {});
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().place.key, "--by");
+  job.by = CalibrateRobotBy::Lap;
+  job.drive.output = "/nowhere/calibration.yaml";
+  const auto output = calibrate_robot(job, {});
+  ASSERT_FALSE(output);
+  EXPECT_EQ(output.error().code, ErrorCode::Unwritable);
+  job.drive.output = calibration_drive().map;
+  EXPECT_FALSE(calibrate_robot(job, {})) << "a map is not written over";
+  job.drive.output.clear();
+  const auto missing = calibrate_robot(job, {});
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().place.source, "/nowhere/lap.mcap");
+}
+
+TEST(CalibrateRobot, ACancelledJobWritesNothing) {
+  const fs::path output = calibration_drive().folder / "calibration.yaml";
+  CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap},
+                                  .map = calibration_drive().map,
+                                  .output = output.string()}};
+  job.by = CalibrateRobotBy::Lap;
+  const auto report = calibrate_robot(job, test::cancelled_after(3));
+  ASSERT_FALSE(report);
+  EXPECT_THAT(to_string(report.error()), HasSubstr("nothing was written"));
+  EXPECT_FALSE(fs::exists(output));
+}
+
+TEST(CalibrateRobot, WhatTellsNothingIsNotWritten) {
+  const fs::path output = calibration_drive().folder / "nothing.yaml";
+  const CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}, .output = output.string()}};
+  CalibrateRobotReport report;
+  report.calibration.values["yaw_gain"] = {.verdict = CalibrationVerdict::Unobservable};
+  EXPECT_FALSE(write_robot_calibration(job, report));
+  EXPECT_FALSE(fs::exists(output));
+  report.calibration.values["yaw_gain"] = {.value = 1.02, .sigma = 0.01};
+  EXPECT_TRUE(write_robot_calibration(job, report));
+  EXPECT_TRUE(fs::exists(output));
+  report.innovations = InnovationFit{};
+  report.innovations->changed = true;
+  const auto worse = write_robot_calibration(job, report);
+  ASSERT_FALSE(worse);
+  EXPECT_THAT(to_string(worse.error()), HasSubstr("do not fit the drive better"));
+  EXPECT_EQ(to_json(report)["values"]["yaw_gain"]["verdict"], "known");
+}
+
 }  // namespace
 }  // namespace waymark

@@ -16,7 +16,6 @@
 #include "waymark/media/video_format.hpp"
 #include "waymark/recording/log_report.hpp"
 #include "waymark/recording/message_log.hpp"
-#include "waymark/recording/picture_recording.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/camera_body.hpp"
 

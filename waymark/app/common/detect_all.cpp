@@ -15,9 +15,8 @@
 #include "waymark/config/yaml_node.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/media/video_reader.hpp"
-#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/message_log.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/corners.hpp"
 
 namespace waymark {
@@ -241,6 +240,12 @@ Result<std::vector<PictureReport>> parse_reports(std::string_view text, const st
   return reports;
 }
 
+std::string internal::name_of_picture(const std::string& path, SensorTime stamp) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t ns = stamp.time_since_epoch().count();
+  return fmt::format("{}#{}.{:09}", path, ns / kSecond, std::abs(ns % kSecond));
+}
+
 namespace {
 
 /// Finds the tags of the picture that the report is of. A lens of another picture size is not applied.
@@ -274,19 +279,10 @@ Image process(const Input& input, const TagFinder& finder, const CameraModel* ca
   return std::move(*image);
 }
 
-}  // namespace
-
-namespace internal {
-
-std::string name_of_picture(const std::string& path, SensorTime stamp) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::int64_t ns = stamp.time_since_epoch().count();
-  return fmt::format("{}#{}.{:09}", path, ns / kSecond, std::abs(ns % kSecond));
-}
-
+/// Finds the tags of a picture of a recording or a video.
 PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
                         const TagFinder& finder, const CameraModel* camera) {
-  PictureReport report{.image = name_of_picture(path, stamp),
+  PictureReport report{.image = internal::name_of_picture(path, stamp),
                        .stamp = stamp,
                        .width_px = image.width,
                        .height_px = image.height};
@@ -294,6 +290,7 @@ PictureReport report_on(const std::string& path, SensorTime stamp, const ImageVi
   return report;
 }
 
+/// Counts a picture that was looked at. Its error becomes a note, unless an earlier picture had the same one.
 void count(const PictureReport& report, const JobControl& control, DetectSummary& summary) {
   summary.tags += report.detections.size();
   ++(report.error ? summary.failed : summary.pictures);
@@ -302,13 +299,99 @@ void count(const PictureReport& report, const JobControl& control, DetectSummary
   if (summary.said.insert(words).second) control.note(words);
 }
 
+/// A failure of the whole file.
 void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary) {
   if (error.place.source.empty()) error.place.source = path;
   control.note(to_string(error));
   ++summary.failed;
 }
 
-}  // namespace internal
+LogSelection pictures_of(const MessageLog& log) {
+  LogSelection selection;
+  for (const LogChannel& channel : log.channels()) {
+    if (channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType)
+      selection.topics.insert(channel.topic);
+  }
+  return selection;
+}
+
+/// Every picture of one recording; it is input `index`. Returns whether to go on.
+bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
+                      const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                      DetectSummary& summary) {
+  const Result<std::unique_ptr<MessageLog>> log = open_log(path, control.log_options());
+  if (!log) {
+    fail_with(log.error(), path, control, summary);
+    return true;
+  }
+  const LogSelection pictures = pictures_of(**log);
+  if (pictures.topics.empty()) {
+    fail_with({ErrorCode::NotFound,
+               "this recording holds no pictures",
+               {.source = path},
+               "`waymark info` shows what it holds."},
+              path, control, summary);
+    return true;
+  }
+  bool going = true;
+  const Status status = (*log)->visit_samples(pictures, [&](const Sample& sample) -> Status {
+    const auto* frame = std::get_if<CameraFrame>(&sample);
+    if (frame == nullptr) return {};
+    PictureReport report = report_on(path, frame->stamp, frame->image, finder, camera);
+    going = each(index, report, frame->image);
+    count(report, control, summary);
+    control.progress({fmt::format("{}, {} tags", report.image, report.detections.size())});
+    summary.stopped = control.cancelled();
+    going = going && !summary.stopped;
+    return going ? Status{} : fail(ErrorCode::LimitExceeded, "stopped");
+  });
+  if (summary.stopped) control.note(fmt::format("stopped within {}", path));
+  if (!status && going) fail_with(status.error(), path, control, summary);
+  for (const LogProblem& problem : (*log)->problems())
+    if (problem.kind == LogProblem::Kind::Damage) fail_with(problem.error, path, control, summary);
+  return going;
+}
+
+/// Missing pictures are failures; what only has to be known is said.
+void report_problems(const std::string& path, const VideoReader& reader, const JobControl& control,
+                     DetectSummary& summary) {
+  for (const VideoProblem& problem : reader.problems()) {
+    if (problem.key == "video.damaged" || problem.key == "video.truncated")
+      fail_with(problem.error, path, control, summary);
+    else
+      control.note(to_string(problem.error));
+  }
+}
+
+/// The same of every picture of a video. Damage counts as one failure; other traps of the file are notes.
+bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
+                  const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                  DetectSummary& summary) {
+  Result<VideoReader> reader = VideoReader::open(path);
+  if (!reader) {
+    PictureReport report{.image = path, .error = reader.error()};
+    fail_with(reader.error(), path, control, summary);
+    return each(index, report, {});
+  }
+  bool going = true;
+  while (going) {
+    const Result<std::optional<VideoFrame>> frame = reader->next();
+    if (!frame) fail_with(frame.error(), path, control, summary);
+    if (!frame || !*frame) break;
+    PictureReport report = report_on(path, (*frame)->stamp, (*frame)->luma, finder, camera);
+    going = each(index, report, (*frame)->luma);
+    count(report, control, summary);
+    control.progress({fmt::format("{} {:.0f} %, {} tags", report.image, 100 * reader->progress(),
+                                  report.detections.size())});
+    summary.stopped = control.cancelled();
+    going = going && !summary.stopped;
+  }
+  if (summary.stopped) control.note(fmt::format("stopped within {}", path));
+  report_problems(path, *reader, control, summary);
+  return going;
+}
+
+}  // namespace
 
 DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const CameraModel* camera,
                          const JobControl& control, const EachPicture& each) {
@@ -332,7 +415,7 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     PictureReport report;
     const Image image = process(inputs[i], finder, camera, report);
     going = each(i, report, image);
-    internal::count(report, control, summary);
+    count(report, control, summary);
   }
   return summary;
 }
@@ -349,97 +432,6 @@ Result<TagFinder> described_finder(DetectorOptions options, const RefinementOpti
   auto finder = make_tag_finder(options, refinement);
   if (finder && !refined) finder->refinement.reset();
   return finder;
-}
-
-namespace {
-
-LogSelection pictures_of(const MessageLog& log) {
-  LogSelection selection;
-  for (const LogChannel& channel : log.channels()) {
-    if (channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType)
-      selection.topics.insert(channel.topic);
-  }
-  return selection;
-}
-
-}  // namespace
-
-bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
-                      const CameraModel* camera, const JobControl& control, const EachPicture& each,
-                      DetectSummary& summary) {
-  const Result<std::unique_ptr<MessageLog>> log = open_log(path, control.log_options());
-  if (!log) {
-    internal::fail_with(log.error(), path, control, summary);
-    return true;
-  }
-  const LogSelection pictures = pictures_of(**log);
-  if (pictures.topics.empty()) {
-    internal::fail_with({ErrorCode::NotFound,
-                         "this recording holds no pictures",
-                         {.source = path},
-                         "`waymark info` shows what it holds."},
-                        path, control, summary);
-    return true;
-  }
-  bool going = true;
-  const Status status = (*log)->visit_samples(pictures, [&](const Sample& sample) -> Status {
-    const auto* frame = std::get_if<CameraFrame>(&sample);
-    if (frame == nullptr) return {};
-    PictureReport report = internal::report_on(path, frame->stamp, frame->image, finder, camera);
-    going = each(index, report, frame->image);
-    internal::count(report, control, summary);
-    control.progress({fmt::format("{}, {} tags", report.image, report.detections.size())});
-    summary.stopped = control.cancelled();
-    going = going && !summary.stopped;
-    return going ? Status{} : fail(ErrorCode::LimitExceeded, "stopped");
-  });
-  if (summary.stopped) control.note(fmt::format("stopped within {}", path));
-  if (!status && going) internal::fail_with(status.error(), path, control, summary);
-  for (const LogProblem& problem : (*log)->problems())
-    if (problem.kind == LogProblem::Kind::Damage) internal::fail_with(problem.error, path, control, summary);
-  return going;
-}
-
-namespace {
-
-/// Missing pictures are failures; what only has to be known is said.
-void report_problems(const std::string& path, const VideoReader& reader, const JobControl& control,
-                     DetectSummary& summary) {
-  for (const VideoProblem& problem : reader.problems()) {
-    if (problem.key == "video.damaged" || problem.key == "video.truncated")
-      internal::fail_with(problem.error, path, control, summary);
-    else
-      control.note(to_string(problem.error));
-  }
-}
-
-}  // namespace
-
-bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
-                  const CameraModel* camera, const JobControl& control, const EachPicture& each,
-                  DetectSummary& summary) {
-  Result<VideoReader> reader = VideoReader::open(path);
-  if (!reader) {
-    PictureReport report{.image = path, .error = reader.error()};
-    internal::fail_with(reader.error(), path, control, summary);
-    return each(index, report, {});
-  }
-  bool going = true;
-  while (going) {
-    const Result<std::optional<VideoFrame>> frame = reader->next();
-    if (!frame) internal::fail_with(frame.error(), path, control, summary);
-    if (!frame || !*frame) break;
-    PictureReport report = internal::report_on(path, (*frame)->stamp, (*frame)->luma, finder, camera);
-    going = each(index, report, (*frame)->luma);
-    internal::count(report, control, summary);
-    control.progress({fmt::format("{} {:.0f} %, {} tags", report.image, 100 * reader->progress(),
-                                  report.detections.size())});
-    summary.stopped = control.cancelled();
-    going = going && !summary.stopped;
-  }
-  if (summary.stopped) control.note(fmt::format("stopped within {}", path));
-  report_problems(path, *reader, control, summary);
-  return going;
 }
 
 }  // namespace waymark

@@ -62,32 +62,16 @@ using EachPicture = std::function<bool(std::size_t index, PictureReport& report,
 
 /// Reads each input, all pictures of a recording or a video, and finds their tags. Corners are refined with
 /// the lens of `camera` in pictures of its size; null where the lens is unknown. Errors are notes and the
-/// next input is taken; cancelling stops between two pictures.
+/// next input is taken; cancelling stops between two pictures. Pictures of a recording or a video are named
+/// FILE#SECONDS after their stamp.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const CameraModel* camera, const JobControl& control,
                                        const EachPicture& each);
-
-/// The same of every picture of one recording; it is input `index`. Pictures are named FILE#SECONDS after
-/// their stamp. Returns whether to go on.
-bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
-                      const CameraModel* camera, const JobControl& control, const EachPicture& each,
-                      DetectSummary& summary);
-/// The same of every picture of a video. Damage counts as one failure; other traps of the file are notes.
-bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
-                  const CameraModel* camera, const JobControl& control, const EachPicture& each,
-                  DetectSummary& summary);
 
 namespace internal {
 
 /// "lap.mcap#12.345000000".
 [[nodiscard]] std::string name_of_picture(const std::string& path, SensorTime stamp);
-/// Finds the tags of a picture of a recording or a video.
-[[nodiscard]] PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
-                                      const TagFinder& finder, const CameraModel* camera);
-/// Counts a picture that was looked at. Its error becomes a note, unless an earlier picture had the same one.
-void count(const PictureReport& report, const JobControl& control, DetectSummary& summary);
-/// A failure of the whole file.
-void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary);
 
 }  // namespace internal
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 
 namespace waymark {
 

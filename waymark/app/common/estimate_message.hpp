@@ -1,7 +1,7 @@
 #pragma once
 
 #include "waymark/localization/method.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 

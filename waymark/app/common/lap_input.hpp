@@ -8,8 +8,8 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/recorded_lap.hpp"
-#include "waymark/recording/sample_reader.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
+#include "waymark/simulation/world/world.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 /// A recorded lap, and what stands in our recordings beside the samples (docs/formats/recording.md, "Metadata

@@ -9,7 +9,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
-#include "waymark/simulation/simulated_robot_options.hpp"
+#include "waymark/simulation/robot/simulated_robot_options.hpp"
 
 /// What `waymark simulate --like` measures and prints.
 namespace waymark {

@@ -11,7 +11,7 @@
 
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/recording/log_formats.hpp"
+#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {

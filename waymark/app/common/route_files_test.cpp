@@ -9,7 +9,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/recording/compression.hpp"
-#include "waymark/recording/log_formats.hpp"
+#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {

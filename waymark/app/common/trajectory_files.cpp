@@ -16,11 +16,11 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/evaluation/csv.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/logged_poses.hpp"
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {

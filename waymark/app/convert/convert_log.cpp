@@ -15,7 +15,7 @@
 
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/recording/log_formats.hpp"
+#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {

@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/fields.hpp"
-#include "waymark/recording/mcap_recover.hpp"
+#include "waymark/recording/mcap/recover.hpp"
 
 /// `waymark recover`: what is whole of a damaged recording, in a new one.
 namespace waymark {

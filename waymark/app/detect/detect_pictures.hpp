@@ -9,7 +9,6 @@
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/evaluation/detections.hpp"
 
 /// `waymark detect`: the tags in pictures, with poses and annotated pictures where they are asked for.
 namespace waymark {
@@ -52,10 +51,6 @@ using EachDetected = std::function<bool(const PictureReport& report, const PoseL
 
 /// What was seen in one picture, as a table for people; ends with an end of line. Requires report.detected.
 [[nodiscard]] std::string to_text(const PictureReport& report);
-
-/// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the
-/// sums.
-[[nodiscard]] std::string to_text(const DetectionScores& scores);
 
 /// The poses of one picture's tags: position and distance with standard deviations, both solutions; ends with
 /// an end of line. Empty when there are none.

@@ -24,7 +24,7 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/visibility.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark {
@@ -260,15 +260,6 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
   EXPECT_EQ(to_json(*report)["pictures"].size(), 10U);
 }
 
-TEST(CalibrationTarget, ABoardThatCannotBeIsRefused) {
-  EXPECT_FALSE(CalibrationTarget::make({}));
-  EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5}));
-  EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5, .tag_size_m = 0.04, .map = "map.yaml"}));
-  const auto ids = CalibrationTarget::make({.columns = 60, .rows = 50, .tag_size_m = 0.04});
-  ASSERT_FALSE(ids);
-  EXPECT_THAT(ids.error().message, HasSubstr("tags 0 to 2999"));
-}
-
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -314,50 +305,6 @@ TEST(DetectionsText, CornersThatAreNotRefinedAreSaidWithWhy) {
   EXPECT_THAT(lines[2], Not(HasSubstr("not refined")));
   EXPECT_THAT(lines[3], HasSubstr(std::string("corners not refined: ") +
                                   std::string(to_string(RefinementOutcome::TooSmall))));
-}
-
-DetectionScores scores_of_two_classes() {
-  DetectionScores scores{.images = 2, .truth = 8, .detections = 7, .correct = 6, .wrong_ids = 1};
-  const CornerScores corners{
-      .tags = 6, .rmse_px = 0.125, .worst_px = 0.5, .bias_x_px = -0.01, .bias_outward_px = 0.02};
-  scores.corners = corners;
-  scores.by_size = {{.low = 0, .high = 20, .truth = 4, .found = 3, .corners = corners},
-                    {.low = 20, .high = 40, .truth = 0, .found = 0},
-                    {.low = 40, .high = 1e6, .truth = 4, .found = 0}};
-  return scores;
-}
-
-TEST(DetectionsText, ScoresAreSumsAndARowAClass) {
-  const auto lines = lines_of(to_text(scores_of_two_classes()));
-  EXPECT_THAT(lines[0], HasSubstr("8 true tags, 7 reported: 6 correct (recall 75.0 %), 1 wrong ids"));
-  EXPECT_THAT(lines[1], HasSubstr("RMSE 0.1250 px"));
-  const std::string all = to_text(scores_of_two_classes());
-  EXPECT_THAT(all, HasSubstr("0 - 20              4     75.0   0.1250  -0.0100"));
-  EXPECT_THAT(all, Not(HasSubstr("20 - 40"))) << "a class without tags says nothing";
-  EXPECT_THAT(all, HasSubstr(">= 40")) << "the last class has no upper edge";
-  EXPECT_THAT(all, HasSubstr("0.0        -        -        -        -")) << "none of its tags was found";
-  EXPECT_THAT(all, Not(HasSubstr("tilt"))) << "no true tag says how it leans";
-}
-
-TEST(DetectionsText, RecallBySizeAndTiltIsAGrid) {
-  DetectionScores scores = scores_of_two_classes();
-  scores.by_tilt = {{.low = 0, .high = 45, .truth = 6, .found = 6}, {.low = 45, .high = 90, .truth = 2}};
-  for (const ClassScores& size : scores.by_size)
-    scores.by_size_and_tilt.push_back({{.truth = size.truth, .found = size.found}, {}});
-  const std::string all = to_text(scores);
-  EXPECT_THAT(all, HasSubstr("recall %, by size across and tilt"));
-  EXPECT_THAT(all, HasSubstr("0-45°   45-90°"));
-  EXPECT_THAT(all, HasSubstr("0 - 20             75.0        -"));
-}
-
-TEST(DetectionsText, ConsistencyIsSaidWithWhatIsExpected) {
-  DetectionScores scores = scores_of_two_classes();
-  EXPECT_THAT(to_text(scores), Not(HasSubstr("covariance")));
-  scores.consistency = CornerConsistency{.tags = 5, .mean_nes_corner = 2.5, .mean_nes_tag = 9.75};
-  scores.unusable_covariances = 1;
-  EXPECT_THAT(to_text(scores),
-              HasSubstr("2.50 a corner (consistent: 2), 9.75 a tag (consistent: 8), 5 tags"));
-  EXPECT_THAT(to_text(scores), HasSubstr("1 are not positive definite"));
 }
 
 TEST(DetectionsText, PosesHaveBothSolutionsAndErrorsTheirWords) {

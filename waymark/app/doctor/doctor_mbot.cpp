@@ -6,7 +6,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/app/doctor/doctor_network.hpp"
-#include "waymark/recording/mbot_messages.hpp"
+#include "waymark/recording/lcm/mbot_messages.hpp"
 #include "waymark/robots/mbot/presence.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 

@@ -58,4 +58,8 @@ struct EvaluateDetectionsReport {
 /// The contract of `waymark evaluate detections --json`.
 [[nodiscard]] nlohmann::ordered_json to_json(const DetectionScores& scores);
 
+/// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the
+/// sums.
+[[nodiscard]] std::string to_text(const DetectionScores& scores);
+
 }  // namespace waymark

@@ -16,7 +16,6 @@
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/plot/loop_figures.hpp"
-#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

@@ -264,5 +264,82 @@ TEST_F(TrajectoryDoubts, TwoDrivesAreToldByTheirOdometry) {
   EXPECT_THAT(doubts(job), IsEmpty()) << "the same seed drives the same lap";
 }
 
+/// Ten seconds of a recorded lap.
+struct TenSeconds {
+  fs::path folder = testing::fresh_folder("jobs_evaluate_lap");
+  std::string lap = test::record_lap(folder / "lap.mcap", 8, {.for_s = 10});
+};
+
+const TenSeconds& ten_seconds() {
+  static const TenSeconds made;
+  return made;
+}
+
+TEST(EvaluateTrajectory, NothingInCommonIsAnError) {
+  EvaluateTrajectoryJob job{.estimate = ten_seconds().lap,
+                            .reference = ten_seconds().lap,
+                            .estimate_topic = topics::kTruth,
+                            .from_s = 1000};
+  const auto inputs = read_evaluation(job, {});
+  ASSERT_TRUE(inputs) << to_string(inputs.error());
+  const auto late = evaluate_trajectory(job, *inputs, {});
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().code, ErrorCode::NotFound);
+  job.from_s = 0;
+  const auto same = evaluate_trajectory(job, *inputs, {});
+  ASSERT_TRUE(same) << to_string(same.error());
+  EXPECT_EQ(same->rows.front().scores->ate_m.max, 0);
+  job.estimate_topic = "/odomm";
+  const auto unknown = read_evaluation(job, {});
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().code, ErrorCode::NotFound);
+}
+
+TEST(EvaluateTrajectory, AShiftOfTheEstimateIsItsError) {
+  const EvaluateTrajectoryJob job{
+      .estimate = ten_seconds().lap, .reference = ten_seconds().lap, .estimate_topic = topics::kTruth};
+  auto inputs = read_evaluation(job, {});
+  ASSERT_TRUE(inputs);
+  for (EstimatedPose& pose : inputs->estimate)
+    pose.map_T_base =
+        SE3(pose.map_T_base.rotation(), pose.map_T_base.translation() + Eigen::Vector3d(0.3, 0.4, 0));
+  const auto report = evaluate_trajectory(job, *inputs, {});
+  ASSERT_TRUE(report);
+  EXPECT_NEAR(report->rows.front().scores->ate_m.rmse, 0.5, 1e-9);
+  const auto files = write_evaluation_figures(*inputs, *report, (ten_seconds().folder / "figures").string());
+  ASSERT_TRUE(files) << to_string(files.error());
+  for (const std::string& file : *files) EXPECT_TRUE(fs::exists(file)) << file;
+}
+
+TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
+  TrajectoryReport report;
+  TrajectoryRow row{.name = "estimate"};
+  row.poses = {{.stamp = SensorTime{}},
+               {.stamp = SensorTime(std::chrono::milliseconds(100)), .map_T_base = SE3({}, {0.3, 0.4, 0})}};
+  report.rows = {row, {.name = "odometry"}};
+  std::string text = to_text(report);
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("estimate "), HasSubstr("odometry "), HasSubstr("end: 0.500 m and 0.0 deg")));
+  EXPECT_THAT(text, Not(HasSubstr("alignment"))) << "without a reference nothing was aligned";
+  TrajectoryScores scores;
+  scores.ate_m.rmse = 0.0123;
+  scores.consistency = Consistency{.count = 100, .nees_mean = 9, .inside_95 = 0.5};
+  report.rows[0].scores = scores;
+  report.nis = NisSummary{.mean = 0.3, .observations = 50, .rejected = 2};
+  report.uncertain = 3;
+  report.coverage = 0.75;
+  report.time_to_first_fix_s = 2;
+  text = to_text(report);
+  EXPECT_THAT(text, AllOf(HasSubstr("0.0123"), HasSubstr("NEES 9.00 on average"), HasSubstr("overconfident"),
+                          HasSubstr("assume less noise"), HasSubstr("not judged: 3 estimates"),
+                          HasSubstr("cover: 75.0 %"), HasSubstr("after 2.00 s")));
+  report.rows[0].scores->consistency->nees_mean = 1.5;
+  EXPECT_THAT(to_text(report), HasSubstr("conservative"));
+  report.rows[0].scores->consistency->nees_mean = 3;
+  EXPECT_THAT(to_text(report), HasSubstr(": consistent"));
+  report.rows[0].scores->consistency->count = 0;
+  EXPECT_THAT(to_text(report), HasSubstr("no covariance of the estimate is positive definite"));
+}
+
 }  // namespace
 }  // namespace waymark

@@ -31,7 +31,7 @@
 #include "waymark/pipeline/lap_mapper.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/plot/run_figures.hpp"
-#include "waymark/recording/log_formats.hpp"
+#include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {

@@ -11,7 +11,7 @@
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/live/cameras_text.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/recording/picture_recording.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <utility>
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
 namespace waymark {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "waymark/base/time.hpp"
-#include "waymark/recording/frame_tree.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/frame_tree.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/ros2/profile.hpp"
 #include "waymark/samples/mounted_camera.hpp"

@@ -5,8 +5,8 @@
 #include "tests/support/node_drive.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 
 namespace waymark {
 namespace {

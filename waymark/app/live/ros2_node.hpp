@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "waymark/app/live/robot_frames.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/ros2/trigger_service.hpp"
 #include "waymark/server/live_feed.hpp"

@@ -9,7 +9,7 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/recording/map_markers.hpp"
+#include "waymark/recording/ros2/map_markers.hpp"
 
 namespace waymark {
 

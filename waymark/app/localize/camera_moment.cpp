@@ -9,7 +9,7 @@
 #include "waymark/geometry/dense.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/pose/square_pose.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {

@@ -9,7 +9,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/geometry/se3.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/tags/tag_finder.hpp"

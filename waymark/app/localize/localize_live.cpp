@@ -25,7 +25,7 @@
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/geometry/dense.hpp"
-#include "waymark/recording/map_markers.hpp"
+#include "waymark/recording/ros2/map_markers.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {

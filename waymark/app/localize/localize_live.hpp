@@ -21,6 +21,7 @@
 #include "waymark/localization/method.hpp"
 #include "waymark/runtime/localize_session.hpp"
 
+/// `waymark localize` of a robot or a camera that is there, instead of a recording.
 namespace waymark {
 
 /// What is localised: the recordings of a job, a video, a camera that is there, or a robot that is there.
@@ -85,12 +86,7 @@ struct LocalizeLive {
 /// The same, and fails on flags that do not go with it.
 [[nodiscard]] Result<LocalizeInput> localize_input(const LocalizeJob& job, const GivenFlags& given);
 
-}  // namespace waymark
-
-/// One line about where a robot or a camera is or was (`waymark localize`), each with its end.
-namespace waymark {
-
-/// `since_s`: from the first line on.
+/// One line about where a robot or a camera is or was, with its end. `since_s`: from the first line on.
 [[nodiscard]] std::string estimate_line(double since_s, const std::optional<LocalizationEstimate>& estimate);
 /// The keys of `--json` (docs/reference/cli.md).
 [[nodiscard]] std::string estimate_json(SensorTime now, const std::optional<LocalizationEstimate>& estimate);
@@ -116,13 +112,9 @@ class MomentLines {
   SensorTime next_{};
 };
 
-}  // namespace waymark
-
-/// `waymark localize` of a camera without a robot, in a hand or on a stand.
-namespace waymark {
-
 class LiveFeed;
 
+/// `waymark localize` of a camera without a robot, in a hand or on a stand.
 struct LocalizeCameraJob {
   LocalizeJob localize{};  ///< map, output; else nothing of it
   CameraModel camera;
@@ -142,13 +134,7 @@ struct LocalizeCameraReport {
 [[nodiscard]] Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const LocalizeCameraJob& job,
                                                            const JobControl& control);
 
-}  // namespace waymark
-
 /// `waymark localize` of a robot that somebody else drives.
-namespace waymark {
-
-class LiveFeed;
-
 struct LocalizeRobotJob {
   LocalizeJob localize{};  ///< of its output a recording holds every sample; `logs` and `adapt` mean nothing
   std::string images{};    ///< how pictures are recorded: raw, jpeg; empty: not at all
@@ -178,11 +164,6 @@ void only_listen(RobotSetup& setup);
 /// process ends; what was recorded by then is kept.
 [[nodiscard]] Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,
                                                          const JobControl& control);
-
-}  // namespace waymark
-
-/// What is localised instead of a recording, as a user says it.
-namespace waymark {
 
 /// Lines about where it is.
 struct LocalizeLines {

@@ -18,7 +18,7 @@
 #include "waymark/config/robot_motion_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/localization/noise_adaptation.hpp"
+#include "waymark/localization/innovation_fits.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {

@@ -10,8 +10,8 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
-#include "waymark/recording/camera_choice.hpp"
-#include "waymark/recording/sample_reader.hpp"
+#include "waymark/recording/recording_setup.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
 #include "waymark/samples/calibration.hpp"
 #include "waymark/samples/robot_samples.hpp"
 

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/calibrate_robot/calibrate_robot.hpp"
 #include "waymark/app/evaluate/evaluate_trajectory.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
@@ -249,93 +248,6 @@ TEST(LocalizeLog, WhatCannotWorkIsSaidBeforeAnythingRuns) {
   const auto start = localized(nowhere);
   ASSERT_FALSE(start);
   EXPECT_EQ(start.error().place.key, "--start");
-}
-
-TEST(EvaluateTrajectory, NothingInCommonIsAnError) {
-  EvaluateTrajectoryJob job{
-      .estimate = scene().lap, .reference = scene().lap, .estimate_topic = topics::kTruth, .from_s = 1000};
-  const auto inputs = read_evaluation(job, {});
-  ASSERT_TRUE(inputs) << to_string(inputs.error());
-  const auto late = evaluate_trajectory(job, *inputs, {});
-  ASSERT_FALSE(late);
-  EXPECT_EQ(late.error().code, ErrorCode::NotFound);
-  job.from_s = 0;
-  const auto same = evaluate_trajectory(job, *inputs, {});
-  ASSERT_TRUE(same) << to_string(same.error());
-  EXPECT_EQ(same->rows.front().scores->ate_m.max, 0);
-  job.estimate_topic = "/odomm";
-  const auto unknown = read_evaluation(job, {});
-  ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.error().code, ErrorCode::NotFound);
-}
-
-TEST(EvaluateTrajectory, AShiftOfTheEstimateIsItsError) {
-  const EvaluateTrajectoryJob job{
-      .estimate = scene().lap, .reference = scene().lap, .estimate_topic = topics::kTruth};
-  auto inputs = read_evaluation(job, {});
-  ASSERT_TRUE(inputs);
-  for (EstimatedPose& pose : inputs->estimate)
-    pose.map_T_base =
-        SE3(pose.map_T_base.rotation(), pose.map_T_base.translation() + Eigen::Vector3d(0.3, 0.4, 0));
-  const auto report = evaluate_trajectory(job, *inputs, {});
-  ASSERT_TRUE(report);
-  EXPECT_NEAR(report->rows.front().scores->ate_m.rmse, 0.5, 1e-9);
-  const auto files = write_evaluation_figures(*inputs, *report, (scene().folder / "figures").string());
-  ASSERT_TRUE(files) << to_string(files.error());
-  for (const std::string& file : *files) EXPECT_TRUE(fs::exists(file)) << file;
-}
-
-TEST(CalibrateRobot, AJobThatMakesNoSenseReadsNothing) {
-  CalibrateRobotJob job{.drive = {.logs = {"/nowhere/lap.mcap"}}};
-  job.from_s = 5;
-  job.to_s = 5;
-  const auto span = calibrate_robot(job, {});
-  ASSERT_FALSE(span);
-  EXPECT_EQ(span.error().place.key, "--to");
-  job.to_s = 6;
-  job.by = CalibrateRobotBy::Innovations;
-  const auto map = calibrate_robot(job, {});
-  ASSERT_FALSE(map);
-  EXPECT_EQ(map.error().place.key, "--by");
-  job.by = CalibrateRobotBy::Lap;
-  job.drive.output = "/nowhere/calibration.yaml";
-  const auto output = calibrate_robot(job, {});
-  ASSERT_FALSE(output);
-  EXPECT_EQ(output.error().code, ErrorCode::Unwritable);
-  job.drive.output = scene().map;
-  EXPECT_FALSE(calibrate_robot(job, {})) << "a map is not written over";
-  job.drive.output.clear();
-  const auto missing = calibrate_robot(job, {});
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().place.source, "/nowhere/lap.mcap");
-}
-
-TEST(CalibrateRobot, ACancelledJobWritesNothing) {
-  const fs::path output = scene().folder / "calibration.yaml";
-  CalibrateRobotJob job{.drive = {.logs = {scene().lap}, .map = scene().map, .output = output.string()}};
-  job.by = CalibrateRobotBy::Lap;
-  const auto report = calibrate_robot(job, test::cancelled_after(3));
-  ASSERT_FALSE(report);
-  EXPECT_THAT(to_string(report.error()), HasSubstr("nothing was written"));
-  EXPECT_FALSE(fs::exists(output));
-}
-
-TEST(CalibrateRobot, WhatTellsNothingIsNotWritten) {
-  const fs::path output = scene().folder / "nothing.yaml";
-  const CalibrateRobotJob job{.drive = {.logs = {scene().lap}, .output = output.string()}};
-  CalibrateRobotReport report;
-  report.calibration.values["yaw_gain"] = {.verdict = CalibrationVerdict::Unobservable};
-  EXPECT_FALSE(write_robot_calibration(job, report));
-  EXPECT_FALSE(fs::exists(output));
-  report.calibration.values["yaw_gain"] = {.value = 1.02, .sigma = 0.01};
-  EXPECT_TRUE(write_robot_calibration(job, report));
-  EXPECT_TRUE(fs::exists(output));
-  report.innovations = InnovationFit{};
-  report.innovations->changed = true;
-  const auto worse = write_robot_calibration(job, report);
-  ASSERT_FALSE(worse);
-  EXPECT_THAT(to_string(worse.error()), HasSubstr("do not fit the drive better"));
-  EXPECT_EQ(to_json(report)["values"]["yaw_gain"]["verdict"], "known");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/picture_recording.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 namespace {

@@ -9,7 +9,6 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
-#include "waymark/app/evaluate/evaluate_trajectory.hpp"
 #include "waymark/app/localize/localize_log.hpp"
 #include "waymark/config/trajectory_file.hpp"
 
@@ -156,35 +155,6 @@ TEST(LocalizeText, DoubtsNameWhatToLookAt) {
   report.certain = 1;
   report.lasting_nis = 4;
   EXPECT_THAT(doubts_about(report), IsEmpty());
-}
-
-TEST(TrajectoryText, ATableWithARowATrajectoryAndAVerdict) {
-  TrajectoryReport report;
-  TrajectoryRow row{.name = "estimate"};
-  row.poses = {{.stamp = at_ms(0)}, {.stamp = at_ms(100), .map_T_base = SE3({}, {0.3, 0.4, 0})}};
-  report.rows = {row, {.name = "odometry"}};
-  std::string text = to_text(report);
-  EXPECT_THAT(text,
-              AllOf(HasSubstr("estimate "), HasSubstr("odometry "), HasSubstr("end: 0.500 m and 0.0 deg")));
-  EXPECT_THAT(text, Not(HasSubstr("alignment"))) << "without a reference nothing was aligned";
-  TrajectoryScores scores;
-  scores.ate_m.rmse = 0.0123;
-  scores.consistency = Consistency{.count = 100, .nees_mean = 9, .inside_95 = 0.5};
-  report.rows[0].scores = scores;
-  report.nis = NisSummary{.mean = 0.3, .observations = 50, .rejected = 2};
-  report.uncertain = 3;
-  report.coverage = 0.75;
-  report.time_to_first_fix_s = 2;
-  text = to_text(report);
-  EXPECT_THAT(text, AllOf(HasSubstr("0.0123"), HasSubstr("NEES 9.00 on average"), HasSubstr("overconfident"),
-                          HasSubstr("assume less noise"), HasSubstr("not judged: 3 estimates"),
-                          HasSubstr("cover: 75.0 %"), HasSubstr("after 2.00 s")));
-  report.rows[0].scores->consistency->nees_mean = 1.5;
-  EXPECT_THAT(to_text(report), HasSubstr("conservative"));
-  report.rows[0].scores->consistency->nees_mean = 3;
-  EXPECT_THAT(to_text(report), HasSubstr(": consistent"));
-  report.rows[0].scores->consistency->count = 0;
-  EXPECT_THAT(to_text(report), HasSubstr("no covariance of the estimate is positive definite"));
 }
 
 }  // namespace

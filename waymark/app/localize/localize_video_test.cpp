@@ -18,7 +18,7 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/media/video_writer.hpp"
 #include "waymark/samples/camera_body.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 
 namespace waymark {
 namespace {

@@ -12,9 +12,9 @@
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
-#include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/message_log.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {

@@ -11,6 +11,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/config/map_exchange.hpp"
 
+/// `waymark map convert`: a map of tags in another program's form, or another's in ours.
 namespace waymark {
 
 /// Whether a file is a recording (MCAP, ROS 1 bag), by its first bytes.
@@ -25,11 +26,6 @@ namespace waymark {
 
 /// An MCAP file with the map's tags on /tf_static.
 [[nodiscard]] Status write_map_transforms(const std::filesystem::path& path, const MapFile& map);
-
-}  // namespace waymark
-
-/// `waymark map convert`: a map of tags in another program's form, or another's in ours.
-namespace waymark {
 
 struct ConvertMapJob {
   std::string input{};   ///< a map of any form, or the folder of a map.yaml

@@ -10,7 +10,7 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 
 namespace waymark {
 namespace {

@@ -1,9 +1,8 @@
 #pragma once
 
-#include "waymark/app/common/job_control.hpp"
 #include "waymark/app/map/map_recording.hpp"
 
-/// The parts of map_recording().
+/// A lap that improves a map that is there: `waymark map --extend`.
 namespace waymark {
 
 /// What --extend, --route-name, --freeze and --remove say, read into the job.
@@ -18,15 +17,5 @@ namespace waymark {
                                        MapLapOptions& options);
 /// The map of a lap, or of a lap and the map it extends, as it is written.
 [[nodiscard]] MapFile map_file_of(const MapJob& job, const TagId& anchor, const MappedLap& lap);
-
-/// A lap of a robot whose recording holds poses of tags and no corners.
-[[nodiscard]] Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report);
-
-/// What changed since the prior map, as warnings.
-void compare_with_prior(const MapJob& job, MapReport& report);
-
-/// Everything a map's folder holds, all of it or nothing. What stands there moves aside.
-[[nodiscard]] Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
-                                      const Stopwatch& watch, MapReport& report);
 
 }  // namespace waymark

@@ -28,11 +28,14 @@
 #include "waymark/mapping/lap/map_comparison.hpp"
 #include "waymark/pipeline/pose_lap_mapper.hpp"
 #include "waymark/plot/loop_figures.hpp"
+#include "waymark/replay/lap_closing.hpp"
 #include "waymark/replay/route_gaps.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Wheels turned by the gyro, where there is one: it knows turns better.
 std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
@@ -43,8 +46,7 @@ std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
   return odometry;
 }
 
-}  // namespace
-
+/// A lap of a robot whose recording holds poses of tags and no corners.
 Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
   if (job.overrides.anchor || job.overrides.map_T_anchor || job.extend)
     return fail(ErrorCode::Unsupported,
@@ -78,6 +80,7 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
   return map;
 }
 
+/// What changed since the prior map, as warnings.
 void compare_with_prior(const MapJob& job, MapReport& report) {
   if (!job.prior) return;
   std::vector<PriorPoint> points;
@@ -94,10 +97,6 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
   report.prior_rms_m = comparison->rms_m;
   for (const std::string& words : in_words(*comparison)) report.warnings.push_back(words);
 }
-
-namespace {
-
-namespace fs = std::filesystem;
 
 /// Whether the lap becomes one more route of the map that stands where it is written.
 bool adds_a_route(const MapJob& job) {
@@ -284,8 +283,7 @@ Status write_figures(const RecordedLap& recorded, const MapJob& job, const fs::p
                       plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
 }
 
-}  // namespace
-
+/// Everything a map's folder holds, all of it or nothing. What stands there moves aside.
 Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
                         const Stopwatch& watch, MapReport& report) {
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
@@ -310,10 +308,6 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   for (std::string& file : report.files) file = (job.folder / fs::path(file).filename()).string();
   return {};
 }
-
-namespace {
-
-namespace fs = std::filesystem;
 
 /// The true trajectory in the map's frame, where nobody told how the two stand to each other.
 Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& truth) {
@@ -586,6 +580,87 @@ nlohmann::ordered_json to_json(const MapReport& report) {
     json["observation_rms_m"] = p.rms_m;
   }
   return json;
+}
+
+namespace {
+
+/// What of the lap a gyro covered, where there is one that is missing somewhere.
+std::string gyro_in_words(const BundleFigures& b) {
+  constexpr double kWorthSaying = 0.005;
+  if (b.without_gyro_share < kWorthSaying || b.without_gyro_share == 1) return {};
+  const char* what = b.turns_by_gyro ? "turns there are those of the wheels, with a scale of their own"
+                                     : "turns are those of the odometry all along";
+  return fmt::format("the gyro is missing from {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
+}
+
+/// How much of the lap the route does not hold, if that is more than the usual overlap.
+std::string repetition_in_words(const MappedLap& lap) {
+  if (lap.route_repeated_m <= kUsualOverlap_m) return {};
+  return fmt::format("the last {:.2f} m of the lap repeat the route and are not part of it\n",
+                     lap.route_repeated_m);
+}
+
+}  // namespace
+
+std::string to_text(const MapReport& report, const std::string& folder) {
+  const MappedLap& lap = report.lap;
+  std::string text = fmt::format("{}: {} tags from {} frames by method {}; {} route of {:.2f} m\n", folder,
+                                 lap.map.tags.size(), lap.frames, report.method,
+                                 lap.route.closed ? "closed" : "open", lap.route.length_m);
+  text += repetition_in_words(lap);
+  if (report.tag_errors) {
+    const TagMapErrors& e = *report.tag_errors;
+    text += fmt::format(
+        "against the truth, anchored, not aligned:\n"
+        "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
+        e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
+  }
+  if (report.trajectory_errors && !report.tag_errors)
+    text += report.truth_aligned
+                ? "against the true trajectory, after alignment (where the anchor stands was not told):\n"
+                : "against the true trajectory, not aligned:\n";
+  if (report.trajectory_errors)
+    text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
+                        report.trajectory_errors->max_m);
+  if (lap.bundle) {
+    const BundleFigures& b = *lap.bundle;
+    text += fmt::format(
+        "corners within {:.2f} px (rms); the farthest tag moved {:.3f} m from where the chain had it\n",
+        b.rms_px, b.moved_m);
+    if (b.odometry_scales_sigma.distance > 0)
+      text += fmt::format(
+          "what the wheels say must be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} +- {:.3f} "
+          "(turns)\n",
+          b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
+          b.odometry_scales_sigma.yaw);
+    text += gyro_in_words(b);
+  }
+  if (lap.bundle && lap.bundle->loop) {
+    const LoopClosure& loop = *lap.bundle->loop;
+    text += fmt::format(
+        "the way closes at {} after {:.1f} m: the wheels alone would be {:.3f} m and {:.1f} deg off there, "
+        "adjusted its observations agree within {:.3f} m\n",
+        to_string(loop.tag), loop.way_m, loop.before_m, to_degrees(loop.before_rad), loop.after_m);
+  }
+  if (report.poses) {
+    const PoseLapFigures& p = *report.poses;
+    text += fmt::format(
+        "observations within {:.3f} m (rms); wheels to be multiplied by {:.4f} +- {:.4f} (distances) and "
+        "{:.3f} "
+        "+- "
+        "{:.3f} (turns)\n",
+        p.rms_m, p.scales.distance, p.scales_sigma.distance, p.scales.yaw, p.scales_sigma.yaw);
+  }
+  if (report.prior_agreeing)
+    text +=
+        fmt::format("{} tags stand where the prior map has them, within {:.3f} m (rms, after alignment)\n",
+                    *report.prior_agreeing, report.prior_rms_m);
+  if (lap.bundle && report.extends)
+    text += fmt::format("{} tags agree with the map that is extended\n", lap.bundle->prior_agreeing);
+  if (!report.set_aside.empty())
+    text += fmt::format("what stood there before has a number in its name now: {}\n",
+                        fmt::join(report.set_aside, ", "));
+  return text;
 }
 
 }  // namespace waymark

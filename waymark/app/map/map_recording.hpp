@@ -67,5 +67,7 @@ struct MapReport {
 /// the folder as it was: the error says so.
 [[nodiscard]] Result<MapReport> map_recording(const MapJob& job, const JobControl& control);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
+/// What `waymark map` prints of a map that it wrote into this folder.
+[[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);
 
 }  // namespace waymark

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/estimate_message.hpp"
-#include "waymark/recording/picture_recording.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 

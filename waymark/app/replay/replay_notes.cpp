@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 namespace {

@@ -10,7 +10,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pose/tag_pose.hpp"
-#include "waymark/recording/mbot_messages.hpp"
+#include "waymark/recording/lcm/mbot_messages.hpp"
 #include "waymark/robots/mbot/presence.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 

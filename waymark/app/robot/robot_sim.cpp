@@ -9,7 +9,7 @@
 #include "waymark/app/robot/simulated_plant.hpp"
 #include "waymark/robots/dds/open_bus.hpp"
 #include "waymark/robots/mbot/presence.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

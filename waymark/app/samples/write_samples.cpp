@@ -20,7 +20,7 @@
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 
 namespace waymark {
 namespace {

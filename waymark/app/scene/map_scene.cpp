@@ -284,4 +284,20 @@ nlohmann::ordered_json to_json(const MapSceneReport& report) {
   return json;
 }
 
+std::string to_text(const MapSceneReport& report, const std::string& folder) {
+  const nlohmann::ordered_json json = to_json(report);
+  std::string text =
+      fmt::format("{}: {} tags from {} observations in {} frames\n", folder, json["tags"].get<std::size_t>(),
+                  report.map.observations.seen.size(), report.frames);
+  text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
+                      report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
+                      report.map.cost);
+  if (report.against)
+    text += fmt::format(
+        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with --model "
+        "tagslam)\n",
+        report.against->cost, 100 * (report.map.cost / report.against->cost - 1));
+  return text;
+}
+
 }  // namespace waymark

@@ -41,5 +41,7 @@ struct MapSceneReport {
 /// can be made.
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapSceneReport& report);
+/// What `waymark map` prints of a map that it wrote into this folder.
+[[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
 
 }  // namespace waymark

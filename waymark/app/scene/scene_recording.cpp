@@ -10,12 +10,11 @@
 #include <fmt/ranges.h>
 
 #include "waymark/config/text_file.hpp"
-#include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
+#include "waymark/recording/compression.hpp"
 #include "waymark/recording/message_log.hpp"
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/ros2_tagslam_messages.hpp"
-#include "waymark/recording/unpack.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 
 namespace waymark {
 namespace {

@@ -18,7 +18,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/runtime/explore_session.hpp"
-#include "waymark/simulation/collision.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

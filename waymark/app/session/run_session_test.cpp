@@ -13,8 +13,8 @@
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/inputs/gamepad/pad_input.hpp"
-#include "waymark/simulation/path.hpp"
-#include "waymark/simulation/scripted_driver.hpp"
+#include "waymark/simulation/robot/scripted_driver.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

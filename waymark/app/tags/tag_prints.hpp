@@ -15,6 +15,7 @@
 #include "waymark/plot/sheet_layout.hpp"
 #include "waymark/plot/square_board.hpp"
 
+/// What was drawn of a board or a sheet of tags, and the files it was written to.
 namespace waymark {
 
 /// What was written, and what ended it before its time.
@@ -39,11 +40,6 @@ struct PageFiles {
 /// Writes pages to one PDF, or to an SVG or PNG each. Stops at the first that fails, or once it is cancelled.
 [[nodiscard]] WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFiles& to,
                                        const JobControl& control);
-
-}  // namespace waymark
-
-/// What was drawn of a board or a sheet of tags, and the files it was written to.
-namespace waymark {
 
 /// What a user says of the paper that tags are printed on, and of the files.
 struct PaperDescription {

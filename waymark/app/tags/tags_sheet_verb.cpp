@@ -1,6 +1,6 @@
 #include "waymark/app/cli/paper_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/families/tag_numbers.hpp"
+#include "waymark/families/family.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "waymark/app/live/start_recording.hpp"
-#include "waymark/recording/picture_recording.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 namespace {

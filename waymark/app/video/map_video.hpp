@@ -11,7 +11,6 @@
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/map/map_recording.hpp"
-#include "waymark/app/scene/map_scene.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/field_size.hpp"
 #include "waymark/config/map_file.hpp"
@@ -99,6 +98,8 @@ struct MapVideoReport {
 /// Standard deviations of a tag's centre along the axes of the map; zero where they are not known.
 [[nodiscard]] Eigen::Vector3d position_sigma_m(const MappedTag& tag);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapVideoReport& report);
+/// What `waymark map` prints of a map that it wrote into this folder.
+[[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
 
 /// What a user says of the camera and the place of a video: files, names of tags, degrees, milliseconds.
 struct MapVideoDescription {
@@ -191,10 +192,5 @@ inline constexpr const char* kNoRobot = "A video is mapped without a robot and i
 [[nodiscard]] Status check_effects(const MapVideoDescription& of, const GivenFlags& given);
 /// Fails where a flag about videos was given: the lap is none.
 [[nodiscard]] Status check_no_video(const GivenFlags& given);
-
-/// What `waymark map` prints of a map that it wrote into this folder.
-[[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);
-[[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
-[[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
 
 }  // namespace waymark

@@ -13,7 +13,7 @@
 #include "waymark/app/video/map_video.hpp"
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/config/wpilib_layout.hpp"
-#include "waymark/simulation/scene_camera.hpp"
+#include "waymark/simulation/render/scene_camera.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {

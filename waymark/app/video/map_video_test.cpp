@@ -16,7 +16,7 @@
 #include "waymark/config/map_exchange.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/media/video_writer.hpp"
-#include "waymark/simulation/photograph.hpp"
+#include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {

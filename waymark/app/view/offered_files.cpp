@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/shell_word.hpp"
-#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {

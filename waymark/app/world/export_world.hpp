@@ -10,7 +10,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 /// `waymark world export`: a simulated place and robot for Gazebo Fortress.
 namespace waymark {

@@ -10,7 +10,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/sdf/sdf_scene.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 /// `waymark world import`: a world of Gazebo as one of ours.
 namespace waymark {

@@ -7,8 +7,7 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/simulation/orbit.hpp"
-#include "waymark/simulation/world_check.hpp"
+#include "waymark/simulation/world/world_check.hpp"
 
 /// `waymark world check` and `waymark world orbit`: whether a world is one to drive in.
 namespace waymark {

@@ -7,8 +7,8 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/robot_file.hpp"
-#include "waymark/simulation/tag_layout.hpp"
-#include "waymark/simulation/world_check.hpp"
+#include "waymark/simulation/world/tag_layout.hpp"
+#include "waymark/simulation/world/world_check.hpp"
 
 /// `waymark world new`: a world with tags laid along a line that was drawn or driven.
 namespace waymark {

@@ -11,7 +11,7 @@
 #include "waymark/app/common/profile_table.hpp"
 #include "waymark/app/world/judge_world.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

@@ -7,7 +7,7 @@
 #include "waymark/app/common/profile_table.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

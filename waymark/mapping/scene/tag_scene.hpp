@@ -9,7 +9,6 @@
 
 #include "waymark/base/time.hpp"
 #include "waymark/camera/camera_model.hpp"
-#include "waymark/factors/point_factors.hpp"
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/samples/robot_samples.hpp"
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "waymark/camera/intrinsics.hpp"
-#include "waymark/factors/corner_intrinsics.hpp"
+#include "waymark/factors/corner_factor.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/mapping/solver/front_cholesky.hpp"
 #include "waymark/mapping/solver/levenberg_marquardt.hpp"

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,14 +10,17 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/factors/corner_factor.hpp"
 #include "waymark/factors/odometry_factor.hpp"
-#include "waymark/factors/point_factors.hpp"
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/geometry/se3.hpp"
-#include "waymark/mapping/solver/block_system.hpp"
 
 /// A least-squares problem over poses as plain values: what is unknown, what was measured. One language for a
 /// robot among tags on walls, several cameras on a rig, and fixed cameras that watch tags on moving bodies.
 namespace waymark {
+
+namespace internal {
+class BlockSystem;
+class KeptFactor;
+}  // namespace internal
 
 /// Index into Bundle::poses.
 using PoseIndex = std::size_t;
@@ -176,6 +178,10 @@ using BundleProgress = std::function<bool(int iteration, double cost)>;
 /// false). Unknowns that nothing determines stay near where they are. Deterministic, one thread.
 BundleSummary solve(Bundle& bundle, const BundleOptions& options = {}, const BundleProgress& progress = {});
 
+/// As solve(), for one of several searches over the same poses.
+BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
+                    internal::KeptFactor& kept);
+
 /// Half the sum of squares of all whitened residuals where the poses stand, without any robust loss.
 [[nodiscard]] double cost(const Bundle& bundle);
 
@@ -199,9 +205,7 @@ struct BundleCovariance {
 [[nodiscard]] BundleCovariance covariance(const Bundle& bundle,
                                           const std::vector<std::pair<PoseIndex, PoseIndex>>& pairs = {});
 
-}  // namespace waymark
-
-namespace waymark::internal {
+namespace internal {
 
 /// Which poses and scales of a bundle are unknowns of the linear system, and where.
 struct Unknowns {
@@ -221,4 +225,5 @@ double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_
 /// Applies a step of the system: poses by exp on the left, scales and intrinsics by addition.
 void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step, Bundle& bundle);
 
-}  // namespace waymark::internal
+}  // namespace internal
+}  // namespace waymark

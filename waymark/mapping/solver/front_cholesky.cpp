@@ -165,8 +165,6 @@ FrontPlan front_plan(const BlockSystem& system) {
 
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 /// Where in a front its unknowns begin; a scratch by unknown.
 void set_places(const FrontPlan::Front& front, std::vector<int>& place) {
   for (std::size_t k = 0; k < front.unknowns.size(); ++k) place[at(front.unknowns[k])] = front.offsets[k];

@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include "waymark/mapping/solver/block_system.hpp"
-#include "waymark/mapping/solver/bundle.hpp"
 #include "waymark/mapping/solver/front_kernels.hpp"
 
 namespace waymark::internal {
@@ -118,11 +117,3 @@ class KeptFactor {
 [[nodiscard]] bool worth_keeping(const FrontPlan& plan, const BlockSystem& system);
 
 }  // namespace waymark::internal
-
-namespace waymark {
-
-/// As solve(), for one of several searches over the same poses.
-BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
-                    internal::KeptFactor& kept);
-
-}  // namespace waymark

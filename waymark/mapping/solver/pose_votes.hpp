@@ -8,6 +8,9 @@
 #include "waymark/mapping/solver/bundle.hpp"
 #include "waymark/pose/agreement.hpp"
 
+/// What observations say of poses before anything is placed: votes, and which observations of a tag are
+/// confirmed by other observations of it (a tag keeps its place among its neighbours from picture to picture,
+/// a misread id does not).
 namespace waymark::internal {
 
 /// A value a pose may have.
@@ -32,12 +35,6 @@ enum class Role : std::uint8_t { Rig, Cam, Body, Tag };
 /// `of_poses`: hypotheses of rig, cam, body, tag (that of `role` is not read).
 [[nodiscard]] Vote<SE3> vote_for(Role role, const std::array<const std::vector<Hypothesis>*, 4>& of_poses,
                                  const std::vector<Hypothesis>& squares);
-
-}  // namespace waymark::internal
-
-/// Which observations of a tag are confirmed by other observations of it, before anything is placed: a tag
-/// keeps its place among its neighbours from picture to picture, a misread id does not.
-namespace waymark::internal {
 
 /// A tag in a view. Observations of a view share a camera and a time.
 struct ViewedTag {

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/robots/ignition/headers.hpp"
 
 namespace waymark {

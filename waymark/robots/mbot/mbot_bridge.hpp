@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/recording/mbot_samples.hpp"
+#include "waymark/recording/lcm/mbot_samples.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/robots/process/arrival_clock.hpp"
 #include "waymark/robots/process/drop_words.hpp"

@@ -7,9 +7,9 @@
 
 #include "waymark/geometry/dense.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/frame_tree.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/frame_tree.hpp"
 
 namespace waymark {
 namespace {

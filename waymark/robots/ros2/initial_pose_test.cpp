@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 
 namespace waymark {
 namespace {

@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/offered_qos.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/offered_qos.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 #include "waymark/robots/ros2/publisher_names.hpp"
 #include "waymark/robots/ros2/velocity_message.hpp"

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/recording/byte_io.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/recording/ros_definition.hpp"
 
 namespace waymark {

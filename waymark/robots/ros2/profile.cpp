@@ -9,7 +9,7 @@
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/robots/dds/discovery.hpp"
 #include "waymark/robots/dds/ros_environment.hpp"
 #include "waymark/robots/dds/ros_graph.hpp"

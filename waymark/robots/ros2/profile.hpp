@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/base/fields.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/robots/dds/discovery.hpp"
 
 namespace waymark {

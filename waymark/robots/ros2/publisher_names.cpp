@@ -8,8 +8,8 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/message_text.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 namespace {

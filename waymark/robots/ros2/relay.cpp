@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "waymark/base/message_text.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/robots/dds/open_bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 #include "waymark/robots/ros2/velocity_message.hpp"

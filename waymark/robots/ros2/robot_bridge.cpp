@@ -6,9 +6,9 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/sample_reader.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
 #include "waymark/robots/ros2/velocity_message.hpp"
 
 namespace waymark {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "waymark/config/robot_file.hpp"
-#include "waymark/recording/frame_tree.hpp"
+#include "waymark/recording/ros2/frame_tree.hpp"
 #include "waymark/robots/ros2/profile.hpp"
 #include "waymark/robots/wire/sample_lines.hpp"
 

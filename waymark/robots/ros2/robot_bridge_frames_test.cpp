@@ -3,8 +3,8 @@
 
 #include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/robots/ros2/robot_bridge.hpp"
 
 namespace waymark {

@@ -8,8 +8,8 @@
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/robots/ros2/message_text.hpp"
 
 namespace waymark {

@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/offered_qos.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/offered_qos.hpp"
 #include "waymark/robots/dds/ros_graph.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 #include "waymark/robots/ros2/log_publisher.hpp"

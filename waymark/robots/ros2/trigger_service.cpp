@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_fields.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
 namespace waymark {

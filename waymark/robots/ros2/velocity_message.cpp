@@ -3,8 +3,8 @@
 #include <chrono>
 #include <thread>
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 
 namespace waymark {
 

@@ -9,13 +9,14 @@
 #include <vector>
 
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "waymark/recording/ros2_messages.hpp"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/robots/dds/open_bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 #include "waymark/robots/ros2/velocity_message.hpp"

@@ -5,7 +5,7 @@
 
 #include "waymark/robots/simulated/simulated_robot.hpp"
 #include "waymark/samples/mounted_camera.hpp"
-#include "waymark/simulation/scene_camera.hpp"
+#include "waymark/simulation/render/scene_camera.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {

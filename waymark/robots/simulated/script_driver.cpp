@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 

@@ -7,7 +7,7 @@
 
 #include "waymark/robots/simulated/sample_line.hpp"
 #include "waymark/robots/simulated/simulated_source.hpp"
-#include "waymark/simulation/path.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {

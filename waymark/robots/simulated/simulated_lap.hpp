@@ -9,7 +9,7 @@
 #include "waymark/robots/simulated/simulated_robot.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/samples/mounted_camera.hpp"
-#include "waymark/simulation/scripted_driver.hpp"
+#include "waymark/simulation/robot/scripted_driver.hpp"
 
 namespace waymark {
 

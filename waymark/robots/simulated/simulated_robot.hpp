@@ -8,8 +8,8 @@
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot.hpp"
 #include "waymark/samples/robot_model.hpp"
-#include "waymark/simulation/simulated_robot_options.hpp"
-#include "waymark/simulation/world.hpp"
+#include "waymark/simulation/robot/simulated_robot_options.hpp"
+#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 

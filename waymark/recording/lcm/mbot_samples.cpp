@@ -1,0 +1,312 @@
+#include "waymark/recording/lcm/mbot_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "waymark/base/angles.hpp"
+
+namespace waymark::mbot {
+namespace {
+
+constexpr double kTicksPerTurn = 3120;
+constexpr std::int64_t kNanosecondsPerMicrosecond = 1000;
+
+Error words(std::string message, std::string_view channel, std::string hint = {}) {
+  return {ErrorCode::Unsupported, std::move(message), {.key = std::string(channel)}, std::move(hint)};
+}
+
+template <class Array>
+Eigen::Vector3d vector(const Array& v) {
+  return {double{v[0]}, double{v[1]}, double{v[2]}};
+}
+
+}  // namespace
+
+Status Samples::add(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
+  switch (fingerprint_of(payload)) {
+    case kPose2D:
+      return on_pose(channel, receive_us, payload);
+    case kTwist2D:
+      return on_twist(channel, receive_us, payload);
+    case kEncoders:
+      return on_encoders(channel, receive_us, payload);
+    case kImu:
+      return on_imu(channel, receive_us, payload);
+    case kTagArray:
+      return on_tags(channel, receive_us, payload);
+    case kLidar:
+      return on_lidar(channel, receive_us, payload);
+    default:
+      return {};
+  }
+}
+
+Status Samples::finish() {
+  if (!odometry_) return {};
+  const Sample sample = *odometry_;
+  odometry_.reset();
+  return visit_(sample);
+}
+
+Status Samples::undecodable(std::string_view channel) {
+  problems_.damage(fmt::format("mbot.undecodable:{}", channel), [&] {
+    return Error{ErrorCode::Unreadable,
+                 "a message of another length than its type has: passed over",
+                 {.key = std::string(channel)},
+                 {}};
+  });
+  return {};
+}
+
+SensorTime Samples::stamp(std::int64_t utime, std::int64_t receive_us) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
+  if (utime <= 0 || utime > kMost)
+    utime = std::clamp<std::int64_t>(receive_us, 0, kMost);  // the log notes it
+  return SensorTime(Duration(utime * kNanosecondsPerMicrosecond));
+}
+
+Status Samples::on_pose(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
+  // Other poses (of SLAM, of goals) are no odometry.
+  if (channel.find("ODOM") == std::string_view::npos) return {};
+  const auto pose = decode<Pose2D>(payload);
+  const bool finite = pose && std::isfinite(pose->x) && std::isfinite(pose->y) && std::isfinite(pose->theta);
+  if (!finite) return undecodable(channel);
+  if (Status status = finish(); !status) return status;
+  odometry_ = Odometry{.stamp = stamp(pose->utime, receive_us),
+                       .odom_T_base = SE2(double{pose->x}, double{pose->y}, double{pose->theta})};
+  return {};
+}
+
+Status Samples::on_twist(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
+  const auto twist = decode<Twist2D>(payload);
+  const bool finite = twist && std::isfinite(twist->vx) && std::isfinite(twist->wz);
+  if (!finite) return undecodable(channel);
+  if (channel.find("CMD") != std::string_view::npos)
+    return visit_(StampedCommand{stamp(twist->utime, receive_us), {double{twist->vx}, double{twist->wz}}});
+  const SensorTime measured = stamp(twist->utime, receive_us);
+  if (!odometry_ || odometry_->stamp != measured) return {};
+  problems_.trap("mbot.mean_speed", [&] {
+    return words(
+        "a speed is the mean since the message before it; it is joined with the pose of the same utime",
+        channel, "Propagate with the new speed over the interval that ends with it.");
+  });
+  odometry_->speed_m_s = double{twist->vx};
+  odometry_->yaw_rate_rad_s = double{twist->wz};
+  return finish();
+}
+
+Status Samples::on_encoders(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
+  const auto encoders = decode<Encoders>(payload);
+  if (!encoders) return undecodable(channel);
+  problems_.trap("mbot.encoders", [&] {
+    return words(
+        "the right encoder counts backwards and a turn is 3120 ticks (not the firmware's 3744): turned into "
+        "radians forwards",
+        channel);
+  });
+  constexpr double kRadPerTick = 2 * std::numbers::pi / kTicksPerTurn;
+  return visit_(WheelTicks{stamp(encoders->utime, receive_us),
+                           kRadPerTick * static_cast<double>(encoders->ticks[0]),
+                           -kRadPerTick * static_cast<double>(encoders->ticks[1])});
+}
+
+Status Samples::on_imu(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
+  const auto imu = decode<Imu>(payload);
+  if (!imu || !vector(imu->gyro).allFinite() || !vector(imu->accel).allFinite()) return undecodable(channel);
+  if (conventions_.accelerometer_shows_gravity) {
+    problems_.trap("mbot.accelerometer_sign", [&] {
+      return words(
+          "accel points where gravity pulls: its sign is turned, so that it is specific force (up at rest)",
+          channel);
+    });
+  }
+  const double sign = conventions_.accelerometer_shows_gravity ? -1 : 1;
+  return visit_(ImuSample{stamp(imu->utime, receive_us), vector(imu->gyro), sign * vector(imu->accel)});
+}
+
+Status Samples::on_lidar(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
+  const auto lidar = decode<Lidar>(payload);
+  if (!lidar) return undecodable(channel);
+  const std::size_t n = lidar->ranges.size();
+  if (n < 2) return {};
+  LaserScan scan{.stamp = stamp(lidar->utime, receive_us)};
+  const auto [low, high] = std::ranges::minmax(lidar->thetas);
+  const bool sound = std::isfinite(low) && std::isfinite(high) && high > low;
+  if (!sound) return undecodable(channel);
+  scan.angle_min_rad = double{low};
+  scan.angle_increment_rad = (double{high} - double{low}) / static_cast<double>(n - 1);
+  scan.range_min_m = 1e-3;  // 0: nothing came back
+  scan.range_max_m = 100;
+  scan.ranges_m.assign(n, 0.F);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double slot = (double{lidar->thetas[i]} - scan.angle_min_rad) / scan.angle_increment_rad;
+    if (!std::isfinite(slot)) continue;
+    const auto k = std::min(n - 1, static_cast<std::size_t>(std::max(0.0, slot + 0.5)));
+    const float range = lidar->ranges[i];
+    const bool nearer = range > 0 && (scan.ranges_m[k] <= 0 || range < scan.ranges_m[k]);
+    if (nearer) scan.ranges_m[k] = range;
+  }
+  problems_.trap("mbot.lidar_angles", [&] {
+    return words("lidar rays carry angles of their own: each goes to the nearest of evenly spaced directions",
+                 channel);
+  });
+  return visit_(scan);
+}
+
+namespace {
+
+constexpr double kFarthest = 20;      ///< [m] no tag is seen from further away
+constexpr std::int32_t kNested = 10;  ///< the inner tag of tag k has number 10 k
+
+Eigen::Quaterniond quaternion(const Tag& tag, bool w_first) {
+  const std::array<float, 4>& q = tag.angles_quat;
+  return w_first ? Eigen::Quaterniond(double{q[0]}, double{q[1]}, double{q[2]}, double{q[3]})
+                 : Eigen::Quaterniond(double{q[3]}, double{q[0]}, double{q[1]}, double{q[2]});
+}
+
+/// Roll, pitch, yaw about fixed x, y, z.
+Eigen::Quaterniond from_angles(const std::array<float, 3>& rpy, double unit) {
+  using Eigen::AngleAxisd;
+  return AngleAxisd(double{rpy[2]} * unit, Eigen::Vector3d::UnitZ()) *
+         AngleAxisd(double{rpy[1]} * unit, Eigen::Vector3d::UnitY()) *
+         AngleAxisd(double{rpy[0]} * unit, Eigen::Vector3d::UnitX());
+}
+
+Eigen::Vector3d position(const Tag& tag) {
+  return {double{tag.position[0]}, double{tag.position[1]}, double{tag.position[2]}};
+}
+
+bool sound(const Tag& tag) {
+  const double norm = quaternion(tag, false).norm();
+  return position(tag).allFinite() && std::isfinite(norm) && std::abs(norm - 1) < 0.01;
+}
+
+Error words(std::string message, std::string hint = {}) {
+  return {ErrorCode::Unsupported, std::move(message), {.key = "mbot_apriltag_array_t"}, std::move(hint)};
+}
+
+}  // namespace
+
+void Survey::add(ByteSpan payload) {
+  const std::uint64_t fingerprint = fingerprint_of(payload);
+  if (fingerprint == kTagArray) {
+    if (const auto array = decode<TagArray>(payload)) add(*array);
+  } else if (fingerprint == kImu) {
+    const auto imu = decode<Imu>(payload);
+    if (!imu || !std::isfinite(imu->accel[2])) return;
+    accel_z_sum_ += double{imu->accel[2]};
+    ++imus_;
+  }
+}
+
+void Survey::add(const TagArray& array) {
+  for (const Tag& tag : array.tags) {
+    if (!sound(tag)) continue;
+    ++tags_;
+    if (position(tag).norm() > kFarthest) ++far_tags_;
+    for (std::size_t order = 0; order < 2; ++order) {
+      const Eigen::Quaterniond q = quaternion(tag, order == 1).normalized();
+      const Eigen::Vector3d cam_z_of_tag = q * Eigen::Vector3d::UnitZ();
+      if (cam_z_of_tag.dot(position(tag)) < 0) ++turned_away_[order];
+      for (std::size_t unit = 0; unit < 2; ++unit) {
+        const double dot = q.dot(from_angles(tag.angles_rpy, unit == 1 ? to_radians(1) : 1));
+        misfit_[2 * order + unit] += std::isfinite(dot) ? 1 - std::abs(dot) : 1;
+      }
+    }
+  }
+}
+
+Conventions Survey::conventions() const {
+  const auto best = static_cast<std::size_t>(std::ranges::min_element(misfit_) - misfit_.begin());
+  const std::size_t order = best / 2;
+  return {.millimetres = 2 * far_tags_ > tags_,
+          .quaternion_w_first = order == 1,
+          .angles_in_degrees = best % 2 == 1,
+          .tag_y_up = 2 * turned_away_.at(order) > tags_,
+          .accelerometer_shows_gravity = imus_ > 0 && accel_z_sum_ < 0};
+}
+
+void Samples::note_tag_traps(const TagArray& array) {
+  const std::uint64_t count = array.tags.size();
+  if (tag_latency_.count() != 0) {
+    problems_.trap("mbot.publish_stamps", [&] {
+      return words(
+          fmt::format(
+              "tags are stamped when they are published: {:.0f} ms are taken off for the middle of the "
+              "exposure",
+              to_seconds(tag_latency_) * 1e3),
+          "Measure it for another robot and say so: --tag-latency-s.");
+    });
+  }
+  if (count == 0) return;
+  problems_.trap(
+      "mbot.family",
+      [] {
+        return words("tags say a number but no family: taken as tagCustom48h12, which the MBot's tags are");
+      },
+      count);
+  if (conventions_.millimetres)
+    problems_.trap(
+        "mbot.millimetres", [] { return words("tags lie in millimetres: taken as metres / 1000"); }, count);
+  problems_.trap(
+      "mbot.quaternion_order",
+      [&] {
+        return words(fmt::format("quaternions are in the order {}, which angles_rpy in {} confirm",
+                                 conventions_.quaternion_w_first ? "w, x, y, z" : "x, y, z, w",
+                                 conventions_.angles_in_degrees ? "degrees" : "radians"));
+      },
+      count);
+  if (conventions_.tag_y_up)
+    problems_.trap(
+        "mbot.tag_frame", [] { return words("tags have y up and z towards the reader: turned about x"); },
+        count);
+  note_nested_tags(array);
+}
+
+void Samples::note_nested_tags(const TagArray& array) {
+  const auto nested = std::ranges::count_if(array.tags, [&](const Tag& inner) {
+    return inner.id != 0 && inner.id % kNested == 0 &&
+           std::ranges::any_of(array.tags, [&](const Tag& outer) { return outer.id == inner.id / kNested; });
+  });
+  if (nested > 0)
+    problems_.trap(
+        "mbot.nested_tags",
+        [] {
+          return words(
+              "the small tag in the middle of tag k says 10 k: it is no landmark of its own, but the same "
+              "place "
+              "measured less well");
+        },
+        static_cast<std::uint64_t>(nested));
+}
+
+std::optional<SeenTagPose> Samples::seen(const Tag& tag) {
+  if (!sound(tag)) {
+    problems_.damage("mbot.tag_pose", [&] {
+      return words(fmt::format("tag {} has a pose that is none: passed over", tag.id));
+    });
+    return std::nullopt;
+  }
+  SO3 cam_R_tag =
+      SO3::from_matrix(quaternion(tag, conventions_.quaternion_w_first).normalized().toRotationMatrix());
+  if (conventions_.tag_y_up) cam_R_tag = cam_R_tag * SO3::exp({std::numbers::pi, 0, 0});
+  const double unit = conventions_.millimetres ? 1e-3 : 1;
+  return SeenTagPose{{FamilyId::TagCustom48h12, tag.id}, SE3(cam_R_tag, unit * position(tag))};
+}
+
+Status Samples::on_tags(std::string_view channel, std::int64_t receive_us, ByteSpan payload) {
+  const auto array = decode<TagArray>(payload);
+  if (!array) return undecodable(channel);
+  note_tag_traps(*array);
+  TagPoseFrame frame{.stamp = stamp(array->utime, receive_us) - tag_latency_};
+  for (const Tag& tag : array->tags) {
+    if (auto pose = seen(tag)) frame.tags.push_back(*std::move(pose));
+  }
+  return visit_(frame);
+}
+
+}  // namespace waymark::mbot

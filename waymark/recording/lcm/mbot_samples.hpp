@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/base/time.hpp"
+#include "waymark/recording/lcm/mbot_messages.hpp"
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark::mbot {
+
+/// How an MBot's tags and accelerometer are to be taken. Publishers differ in it and say nothing; a first
+/// pass over the log tells.
+struct Conventions {
+  bool millimetres = false;         ///< else metres
+  bool quaternion_w_first = false;  ///< else x, y, z, w
+  bool angles_in_degrees = false;   ///< of angles_rpy, which only serves to tell the order of the quaternion
+  bool tag_y_up = false;            ///< tag frame y up, z towards the reader; else y down, z into the tag
+  bool accelerometer_shows_gravity = false;  ///< the negative of specific force
+};
+
+/// Looks at all messages of a log to tell the conventions. O(1) memory.
+class Survey {
+ public:
+  void add(ByteSpan payload);
+  [[nodiscard]] Conventions conventions() const;
+  /// How many it has seen that tell something.
+  [[nodiscard]] std::uint64_t tags() const { return tags_; }
+  [[nodiscard]] std::uint64_t imus() const { return imus_; }
+
+ private:
+  void add(const TagArray& array);
+
+  std::array<double, 4> misfit_{};  ///< of the quaternion to angles_rpy: {xyzw, wxyz} x {rad, deg}
+  std::uint64_t tags_ = 0;
+  std::uint64_t far_tags_ = 0;                  ///< further than any tag can be seen, were they metres
+  std::array<std::uint64_t, 2> turned_away_{};  ///< z of the tag towards the camera, for either order
+  double accel_z_sum_ = 0;
+  std::uint64_t imus_ = 0;
+};
+
+/// Turns an MBot's messages into samples of the house, and notes every trap it steps around.
+class Samples {
+ public:
+  Samples(const Conventions& conventions, Duration tag_latency, LogProblems& problems,
+          const MessageLog::SampleVisitor& visit)
+      : conventions_(conventions), tag_latency_(tag_latency), problems_(problems), visit_(visit) {}
+
+  /// A message received at `receive_us`.
+  Status add(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
+  /// Visits what waits for its partner.
+  Status finish();
+  /// From now on: where they are only told as the messages come.
+  void use(const Conventions& conventions) { conventions_ = conventions; }
+
+ private:
+  Status on_pose(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
+  Status on_twist(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
+  Status on_encoders(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
+  Status on_imu(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
+  Status on_tags(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
+  Status on_lidar(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
+  void note_tag_traps(const TagArray& array);
+  void note_nested_tags(const TagArray& array);
+  std::optional<SeenTagPose> seen(const Tag& tag);
+  static SensorTime stamp(std::int64_t utime, std::int64_t receive_us);
+  Status undecodable(std::string_view channel);
+
+  Conventions conventions_;
+  Duration tag_latency_;
+  LogProblems& problems_;
+  const MessageLog::SampleVisitor& visit_;
+  std::optional<Odometry> odometry_{};  ///< waits for the speed with the same stamp
+};
+
+}  // namespace waymark::mbot

@@ -1,0 +1,344 @@
+// What must hold between our writer and our readers, on whole, cut and damaged files.
+// The memory that writing and reading take does not grow with the recording.
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "tests/support/sanitized.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/recording/mcap/reader.hpp"
+#include "waymark/recording/mcap/writer.hpp"
+
+namespace waymark::mcap {
+namespace {
+
+struct Sent {
+  std::string topic;
+  std::uint64_t time;
+  Bytes data;
+  friend bool operator==(const Sent&, const Sent&) = default;
+};
+
+/// Messages of three topics, a little out of order as sensors deliver them, 4 s in all.
+std::vector<Sent> some_messages(std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Sent> messages;
+  for (std::uint64_t i = 0; i < 400; ++i) {
+    Bytes data(random.index(300));
+    for (auto& byte : data) byte = static_cast<std::uint8_t>(random.index(4));
+    const std::uint64_t time = 1'000'000'000 + i * 10'000'000 + random.index(35'000'000);
+    messages.push_back({"/topic" + std::to_string(random.index(3)), time, data});
+  }
+  return messages;
+}
+
+Bytes write_file(const std::vector<Sent>& messages, const WriterOptions& options, bool close = true) {
+  Bytes file;
+  Result<Writer> writer = Writer::open(memory_sink(file), options);
+  EXPECT_TRUE(writer);
+  const auto schema = writer->add_schema("pkg/msg/Thing", "ros2msg", as_bytes("int32 x\n"));
+  std::map<std::string, std::uint16_t> channels;
+  for (const Sent& message : messages) {
+    if (!channels.contains(message.topic))
+      channels[message.topic] = writer->add_channel(message.topic, *schema, "cdr").value();
+    EXPECT_TRUE(writer->write(channels[message.topic], message.time, message.time, message.data));
+  }
+  EXPECT_TRUE(writer->write_metadata({.name = "configuration", .metadata = {{"speed_m_s", "0.25"}}}));
+  EXPECT_TRUE(writer->write_attachment({.log_time = 1,
+                                        .create_time = 2,
+                                        .name = "map.yaml",
+                                        .media_type = "text/yaml",
+                                        .data = {as_bytes("tags: []\n")}}));
+  EXPECT_TRUE(close ? writer->close() : writer->flush());
+  return file;
+}
+
+std::vector<Sent> read_back(const Bytes& file, const Selection& selection = {}) {
+  const auto source = memory_source(file);
+  const Result<Index> index = read_index(*source);
+  EXPECT_TRUE(index) << to_string(index.error());
+  std::vector<Sent> messages;
+  if (!index) return messages;
+  const Status status =
+      visit_messages(*source, *index, selection, [&](const Channel& channel, const Message& message) {
+        messages.push_back(
+            {channel.topic, message.log_time, Bytes(message.data.bytes.begin(), message.data.bytes.end())});
+        return Status{};
+      });
+  EXPECT_TRUE(status) << to_string(status.error());
+  return messages;
+}
+
+std::vector<Sent> in_time_order(std::vector<Sent> messages) {
+  std::ranges::stable_sort(messages, {}, &Sent::time);
+  return messages;
+}
+
+class EveryCompression : public ::testing::TestWithParam<Compression> {};
+INSTANTIATE_TEST_SUITE_P(Mcap, EveryCompression,
+                         ::testing::Values(Compression::None, Compression::Lz4, Compression::Zstd));
+
+TEST_P(EveryCompression, WhatIsWrittenIsReadInOrderOfTime) {
+  const auto messages = some_messages(1);
+  const Bytes file = write_file(messages, {.compression = GetParam(), .chunk_size_bytes = 4096});
+  EXPECT_EQ(read_back(file), in_time_order(messages));
+
+  const auto index = read_index(*memory_source(file));
+  EXPECT_TRUE(index->from_summary);
+  EXPECT_EQ(index->statistics.message_count, messages.size());
+  EXPECT_GT(index->chunks.size(), 5U);
+  EXPECT_EQ(index->schemas.at(1).name, "pkg/msg/Thing");
+}
+
+TEST_P(EveryCompression, AnyCutLosesOnlyTheTail) {
+  const auto messages = some_messages(2);
+  const Bytes file = write_file(messages, {.compression = GetParam(), .chunk_size_bytes = 4096});
+  const auto whole = read_index(*memory_source(file));
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    const std::size_t cut = sizeof(kMagic) + random.index(file.size() - sizeof(kMagic));
+    const Bytes part(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(cut));
+    const auto index = read_index(*memory_source(part));
+    ASSERT_TRUE(index) << "cut at " << cut << ": " << to_string(index.error());
+    EXPECT_FALSE(index->from_summary);
+    EXPECT_FALSE(index->problems.empty());
+    // Every chunk that lies whole before the cut is there.
+    const auto kept = std::ranges::count_if(whole->chunks, [&](const ChunkIndex& chunk) {
+      return chunk.chunk_start_offset + chunk.chunk_length <= cut;
+    });
+    EXPECT_EQ(static_cast<std::ptrdiff_t>(index->chunks.size()), kept) << "cut at " << cut;
+    EXPECT_EQ(read_back(part).size(), index->statistics.message_count);
+  }
+}
+
+TEST(Mcap, AFileWithoutAnEndIsReadByScanning) {
+  const auto messages = some_messages(4);
+  const Bytes file = write_file(messages, {}, false);
+  EXPECT_EQ(read_back(file), in_time_order(messages));
+  EXPECT_FALSE(read_index(*memory_source(file))->from_summary);
+}
+
+TEST(Mcap, SelectsByTopicAndTime) {
+  const auto messages = in_time_order(some_messages(5));
+  const Bytes file = write_file(messages, {.chunk_size_bytes = 2048});
+  const Selection selection{.topics = {"/topic1"}, .from = 2'000'000'000, .to = 3'500'000'000};
+  std::vector<Sent> expected;
+  std::ranges::copy_if(messages, std::back_inserter(expected), [](const Sent& message) {
+    return message.topic == "/topic1" && message.time >= 2'000'000'000 && message.time < 3'500'000'000;
+  });
+  ASSERT_FALSE(expected.empty());
+  EXPECT_EQ(read_back(file, selection), expected);
+}
+
+TEST(Mcap, AttachmentAndMetadataComeBack) {
+  const Bytes file = write_file(some_messages(6), {});
+  const auto source = memory_source(file);
+  const auto index = read_index(*source);
+  ASSERT_EQ(index->attachments.size(), 1U);
+  ASSERT_EQ(index->metadata.size(), 1U);
+  Bytes data;
+  const auto attachment = read_attachment(*source, index->attachments[0], data);
+  ASSERT_TRUE(attachment) << to_string(attachment.error());
+  EXPECT_EQ(as_text(attachment->data.bytes), "tags: []\n");
+  EXPECT_EQ(read_metadata(*source, index->metadata[0])->metadata.at("speed_m_s"), "0.25");
+}
+
+TEST(Mcap, AChunkEndsWithinASecondOfLogTime) {
+  Bytes file;
+  auto writer = Writer::open(memory_sink(file), {});
+  const auto channel = writer->add_channel("/x", 0, "");
+  for (std::uint64_t i = 0; i < 100; ++i) EXPECT_TRUE(writer->write(*channel, i * 100'000'000, 0, {}));
+  EXPECT_TRUE(writer->close());
+  const auto index = read_index(*memory_source(file));
+  EXPECT_GE(index->chunks.size(), 10U);
+  for (const auto& chunk : index->chunks)
+    EXPECT_LE(chunk.message_end_time - chunk.message_start_time, 1'000'000'000U);
+}
+
+TEST(Mcap, DamageIsReportedAndNeverCrashes) {
+  const auto messages = some_messages(7);
+  const Bytes file = write_file(messages, {.chunk_size_bytes = 4096});
+  Random random(8);
+  int noticed = 0;
+  for (int i = 0; i < 300; ++i) {
+    Bytes damaged = file;
+    for (int k = 0; k < 4; ++k)
+      damaged[random.index(damaged.size())] ^= static_cast<std::uint8_t>(1 + random.index(255));
+    const auto source = memory_source(damaged);
+    const auto index = read_index(*source, {.max_record_bytes = 1 << 22});
+    if (!index) {
+      ++noticed;
+      continue;
+    }
+    const Status status =
+        visit_messages(*source, *index, {}, [](const Channel&, const Message&) { return Status{}; },
+                       {.max_record_bytes = 1 << 22});
+    if (!status || !index->problems.empty() || !index->from_summary) ++noticed;
+  }
+  EXPECT_GT(noticed, 290);  // what is not: bytes between the records that no reader looks at (a message
+                            // index, a record length)
+}
+
+TEST(Mcap, ForeignBytesAreRefusedWithWords) {
+  for (const std::string text : {"", "short", "this is a text file and not a recording at all"}) {
+    const Bytes bytes(text.begin(), text.end());
+    const auto index = read_index(*memory_source(bytes, "notes.txt"));
+    ASSERT_FALSE(index);
+    EXPECT_NE(to_string(index.error()).find("notes.txt at byte 0: this is not an MCAP file"),
+              std::string::npos)
+        << to_string(index.error());
+  }
+}
+
+TEST(Mcap, AHostileLengthIsRefusedBeforeAnythingIsAllocated) {
+  Bytes file = write_file({}, {}, false);
+  file.push_back(static_cast<std::uint8_t>(Opcode::Message));
+  append_little_endian(file, std::uint64_t{1} << 62);
+  const auto index = read_index(*memory_source(file));
+  ASSERT_TRUE(index);
+  ASSERT_EQ(index->problems.size(), 1U);
+  EXPECT_NE(index->problems[0].message.find("reaches beyond the end of the file"), std::string::npos);
+}
+
+TEST(Mcap, WritingToAnUnknownChannelIsAnError) {
+  Bytes file;
+  auto writer = Writer::open(memory_sink(file), {});
+  EXPECT_FALSE(writer->write(1, 0, 0, {}));
+  EXPECT_FALSE(writer->add_channel("/x", 7, "cdr"));
+}
+
+/// Where a text stands in a file for the n-th time, n from 1.
+std::size_t place_of(const Bytes& file, std::string_view text, int n) {
+  std::size_t at = 0;
+  for (int i = 0; i < n; ++i) at = as_text(file).find(text, i == 0 ? 0 : at + 1);
+  EXPECT_NE(at, std::string_view::npos) << text;
+  return at;
+}
+
+std::string problems_of(const Bytes& file) {
+  std::string words;
+  const auto index = read_index(*memory_source(file));
+  EXPECT_TRUE(index);
+  for (const Error& problem : index->problems) words += to_string(problem) + "\n";
+  return words;
+}
+
+TEST(McapDamage, AChangedByteOfTheMetadataIsSaid) {
+  Bytes file = write_file(some_messages(3), {});
+  EXPECT_EQ(problems_of(file), "");
+  file[place_of(file, "0.25", 1)] = '9';
+  const std::string said = problems_of(file);
+  EXPECT_NE(said.find("checksum"), std::string::npos) << said;
+  EXPECT_NE(said.find("metadata at byte"), std::string::npos) << said;
+}
+
+TEST(McapDamage, ADamagedLengthOfTheMetadataIsSaid) {
+  Bytes file = write_file(some_messages(3), {});
+  file[place_of(file, "speed_m_s", 1) - 4] = 5;  // the key's length
+  EXPECT_NE(problems_of(file).find("checksum"), std::string::npos);
+}
+
+TEST(McapDamage, AChangedByteOfAChunkIsSaidWithItsPlace) {
+  Bytes file = write_file(some_messages(3), {.compression = Compression::None});
+  const auto index = read_index(*memory_source(file));
+  ASSERT_TRUE(index);
+  file[index->chunks.at(0).chunk_start_offset + 200] ^= 1;
+  const std::string place = "record at byte " + std::to_string(index->chunks[0].chunk_start_offset);
+  EXPECT_NE(problems_of(file).find(place), std::string::npos) << problems_of(file);
+}
+
+TEST(McapDamage, ASummaryWithAWrongChecksumLendsNothing) {
+  Bytes file = write_file(some_messages(3), {.compression = Compression::None});
+  const std::size_t in_summary = as_text(file).rfind("/topic1");
+  file[in_summary + 1] = 'v';
+  const auto index = read_index(*memory_source(file));
+  ASSERT_TRUE(index);
+  EXPECT_FALSE(index->from_summary);
+  EXPECT_EQ(index->channels.size(), 3U);
+  for (const auto& [id, channel] : index->channels)
+    EXPECT_TRUE(channel.topic.starts_with("/topic")) << channel.topic;
+  EXPECT_NE(problems_of(file).find("checksum (CRC-32) of the summary"), std::string::npos);
+  EXPECT_EQ(problems_of(file).find("of the recording"), std::string::npos) << "the data is whole";
+}
+
+TEST(McapDamage, AFileTooLargeToBeReadAtOpeningIsNot) {
+  Bytes file = write_file(some_messages(3), {});
+  file[place_of(file, "0.25", 1)] = '9';
+  const auto index = read_index(*memory_source(file), {.max_checked_bytes = file.size() - 1});
+  ASSERT_TRUE(index);
+  EXPECT_TRUE(index->problems.empty());
+}
+
+constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
+constexpr std::size_t kPicture = 640 * 480;
+
+/// Writes pictures at 30 Hz and reads them back by index. In a process of its own.
+bool write_and_read(const std::filesystem::path& path, std::uint64_t bytes) {
+  const std::uint64_t count = bytes / kPicture;
+  {
+    auto file = create_file(path);
+    if (!file) return false;
+    auto writer = Writer::open(std::move(*file), {.compression = Compression::None});
+    const auto channel = writer->add_channel("/image_raw", 0, "");
+    Bytes picture(kPicture);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      picture[i % kPicture] = static_cast<std::uint8_t>(i);
+      if (!writer->write(*channel, i * 33'333'333, 0, picture)) return false;
+    }
+    if (!writer->close()) return false;
+  }
+  const auto source = open_file(path);
+  const auto index = read_index(**source);
+  std::uint64_t read = 0;
+  const Status status = visit_messages(**source, *index, {}, [&](const Channel&, const Message& message) {
+    read += message.data.bytes.size() == kPicture ? 1U : 0U;
+    return Status{};
+  });
+  return status && index->from_summary && read == count;
+}
+
+/// The most memory [KiB] that a process needs for it.
+std::int64_t peak_kib(const std::filesystem::path& path, std::uint64_t bytes) {
+  const pid_t child = fork();
+  if (child == 0) _exit(write_and_read(path, bytes) ? 0 : 1);
+  int status = 0;
+  rusage usage{};
+  EXPECT_EQ(wait4(child, &status, 0, &usage), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  std::filesystem::remove(path);
+  return usage.ru_maxrss;
+}
+
+#if defined(WAYMARK_SANITIZED)
+constexpr bool kMemoryIsOurs = false;  // the sanitizer keeps what was freed, to catch uses of it
+#else
+constexpr bool kMemoryIsOurs = true;
+#endif
+
+TEST(McapMemory, DoesNotGrowWithTheRecording) {
+  if (!kMemoryIsOurs) GTEST_SKIP() << "memory is the address sanitizer's here";
+  const bool full = std::getenv("WAYMARK_FULL") != nullptr;
+  const std::uint64_t small = full ? 100 * kMiB : 16 * kMiB;
+  const std::uint64_t large = full ? 10 * 1024 * kMiB : 160 * kMiB;
+  const auto folder = testing::fresh_folder("memory");
+  const std::int64_t small_kib = peak_kib(folder / "small.mcap", small);
+  const std::int64_t large_kib = peak_kib(folder / "large.mcap", large);
+  RecordProperty("small_kib", std::to_string(small_kib));
+  RecordProperty("large_kib", std::to_string(large_kib));
+  // An index entry for each chunk of a mebibyte: 100 times the recording, hardly more memory.
+  EXPECT_LE(large_kib - small_kib, full ? 8 * 1024 : 1024);
+  EXPECT_LE(large_kib, 64 * 1024);
+}
+
+}  // namespace
+}  // namespace waymark::mcap

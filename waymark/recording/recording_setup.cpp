@@ -1,0 +1,528 @@
+#include "waymark/recording/recording_setup.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <map>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+
+namespace waymark {
+namespace {
+
+struct HeaderFirst {
+  ros2::Header header{};
+  WAYMARK_ROS2_FIELDS(self.header)
+};
+struct ImageHead {
+  ros2::Header header{};
+  std::uint32_t height = 0, width = 0;
+  std::string encoding{};
+  WAYMARK_ROS2_FIELDS(self.header, self.height, self.width, self.encoding)
+};
+struct OdometryHead {
+  ros2::Header header{};
+  std::string child_frame_id{};
+  WAYMARK_ROS2_FIELDS(self.header, self.child_frame_id)
+};
+
+template <class Items>
+auto* with_topic(Items& items, std::string_view topic) {
+  const auto known = std::ranges::find(items, topic, [](const auto& item) { return item.topic; });
+  return known == items.end() ? nullptr : &*known;
+}
+
+/// The camera of rectified pictures: the projection matrix, and nothing is bent.
+std::optional<CameraModel> rectified_camera(const ros2::CameraInfo& info) {
+  if (!(info.p[0] > 0)) return std::nullopt;
+  ros2::CameraInfo flat = info;
+  flat.distortion_model = "plumb_bob";
+  flat.d.clear();
+  flat.k = {info.p[0], 0, info.p[2], 0, info.p[5], info.p[6], 0, 0, 1};
+  const Result<CameraModel> camera = ros2::from_ros(flat);
+  return camera ? std::optional(*camera) : std::nullopt;
+}
+
+/// Drivers of cameras that nobody calibrated publish zeros.
+Result<CameraModel> camera_of(const ros2::CameraInfo& info) {
+  if (!(info.k[0] > 0))
+    return fail(ErrorCode::NotFound, "the camera was not calibrated: its focal length is zero", {},
+                "Calibrate it (`waymark calibrate camera`), and give the robot's file with --robot.");
+  return ros2::from_ros(info);
+}
+
+Status add_info(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
+  RecordedCameraInfo* known = with_topic(facts.infos, topic);
+  if (known != nullptr && known->camera) return {};
+  const auto message = cdr::decode<ros2::CameraInfo>(cdr);
+  if (!message) return tl::unexpected(message.error());
+  if (known == nullptr) known = &facts.infos.emplace_back();
+  known->topic = topic;
+  known->frame = frame_name(message->header.frame_id);
+  Result<CameraModel> camera = camera_of(*message);
+  if (camera) {
+    known->camera = std::move(*camera);
+    known->rectified = rectified_camera(*message);
+    known->error.reset();
+  } else {
+    known->error = camera.error();
+    known->error->place.key = topic;
+  }
+  return {};
+}
+
+Status add_transforms(CameraFacts& facts, ByteSpan cdr) {
+  const auto message = cdr::decode<ros2::TFMessage>(cdr);
+  if (!message) return tl::unexpected(message.error());
+  for (const ros2::TransformStamped& transform : message->transforms) {
+    facts.frames.add(transform.header.frame_id, transform.child_frame_id,
+                     ros2::sound(transform) ? std::optional(ros2::from_ros(transform)) : std::nullopt);
+  }
+  return {};
+}
+
+Status add_picture(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
+  const auto head = cdr::decode<ImageHead>(cdr);
+  if (!head) return tl::unexpected(head.error());
+  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), true, head->encoding});
+  return {};
+}
+
+Status add_view(CameraFacts& facts, std::string_view topic, bool picture, ByteSpan cdr) {
+  const auto head = cdr::decode<HeaderFirst>(cdr);
+  if (!head) return tl::unexpected(head.error());
+  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), picture, {}});
+  return {};
+}
+
+bool is_tags(std::string_view type) {
+  return type == ros2::AprilTagDetectionArray::kType || type == ros2::ApriltagArrayStamped::kType ||
+         type == ros2::TagPoseArray::kType;
+}
+
+}  // namespace
+
+bool first_message_tells(std::string_view type) {
+  return is_tags(type) || type == ros2::Image::kType || type == ros2::CompressedImage::kType ||
+         type == ros2::Odometry::kType || type == ros2::Imu::kType;
+}
+
+Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view type, ByteSpan cdr) {
+  if (type == ros2::CameraInfo::kType) return add_info(facts, topic, cdr);
+  if (type == ros2::TFMessage::kType) return add_transforms(facts, cdr);
+  if (with_topic(facts.views, topic) != nullptr || with_topic(facts.motions, topic) != nullptr) return {};
+  if (type == ros2::Image::kType) return add_picture(facts, topic, cdr);
+  if (type == ros2::CompressedImage::kType) return add_view(facts, topic, true, cdr);
+  if (is_tags(type)) return add_view(facts, topic, false, cdr);
+  if (type == ros2::Odometry::kType) {
+    const auto head = cdr::decode<OdometryHead>(cdr);
+    if (!head) return tl::unexpected(head.error());
+    facts.motions.push_back({std::string(topic), frame_name(head->child_frame_id), false});
+  }
+  if (type == ros2::Imu::kType) {
+    const auto head = cdr::decode<HeaderFirst>(cdr);
+    if (!head) return tl::unexpected(head.error());
+    facts.motions.push_back({std::string(topic), frame_name(head->header.frame_id), true});
+  }
+  return {};
+}
+
+namespace {
+
+constexpr std::string_view kOptical = "optical";
+
+/// "/cam/image_raw/compressed" is "/cam/image_raw" in another packing.
+std::string unpacked_topic(std::string topic) {
+  constexpr std::string_view kPacked = "/compressed";
+  if (topic.ends_with(kPacked)) topic.resize(topic.size() - kPacked.size());
+  return topic;
+}
+
+/// What stands before the last slash: the namespace that a picture shares with its calibration.
+std::string namespace_of(const std::string& topic) {
+  const std::string plain = unpacked_topic(topic);
+  return plain.substr(0, std::min(plain.rfind('/'), plain.size()));
+}
+
+bool is_rectified(const std::string& topic) {
+  return unpacked_topic(topic).substr(namespace_of(topic).size()).find("rect") != std::string::npos;
+}
+
+/// A word of a frame's name is base_link, whatever the namespace before it.
+bool is_named(const std::string& frame, std::string_view name) {
+  return frame == name || frame.ends_with("/" + std::string(name));
+}
+
+bool lies_at(const std::string& topic, const std::string& place) {
+  const std::string root = place.ends_with('/') ? place.substr(0, place.size() - 1) : place;
+  return topic == root || topic.starts_with(root + "/");
+}
+
+class Choosing {
+ public:
+  Choosing(const CameraFacts& facts, const CameraChoice& choice) : facts_(facts), choice_(choice) {}
+
+  ChosenCamera run() {
+    choose_views();
+    choose_info();
+    choose_motion(false, choice_.odometry_topic, "odom", "--odometry-topic");
+    choose_motion(true, choice_.imu_topic, "imu", "--imu-topic");
+    find_mounting();
+    turn_imu();
+    return std::move(chosen_);
+  }
+
+ private:
+  void choose_views();
+  void keep_one_copy();
+  void choose_info();
+  void choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* flag);
+  void find_mounting();
+  std::string find_base(const std::string& camera);
+  std::string find_camera();
+  void turn_imu();
+  void note(std::string words) { chosen_.notes.push_back(std::move(words)); }
+  void ambiguous(std::string words, std::string hint) {
+    if (!chosen_.ambiguous)
+      chosen_.ambiguous = Error{ErrorCode::InvalidArgument, std::move(words), {}, std::move(hint)};
+  }
+
+  const CameraFacts& facts_;
+  const CameraChoice& choice_;
+  ChosenCamera chosen_;
+  std::vector<RecordedView> views_;  ///< of the chosen camera
+  const RecordedMotion* odometry_ = nullptr;
+  const RecordedMotion* imu_ = nullptr;
+};
+
+/// A picture of distances is none to look for tags in.
+bool shows_distances(const RecordedView& view) {
+  return view.encoding == "16UC1" || view.encoding == "32FC1" || view.topic.ends_with("/compressedDepth");
+}
+
+void Choosing::choose_views() {
+  std::vector<RecordedView> all;
+  for (const RecordedView& view : facts_.views) {
+    if (shows_distances(view)) {
+      chosen_.unused.insert(view.topic);
+    } else {
+      all.push_back(view);
+    }
+  }
+  const auto choose = [&](const std::string& asked, auto takes) {
+    if (asked.empty() || std::ranges::none_of(all, takes)) return false;
+    std::vector<RecordedView> kept;
+    for (const RecordedView& view : all) {
+      if (takes(view)) {
+        kept.push_back(view);
+      } else {
+        chosen_.unused.insert(view.topic);
+      }
+    }
+    all = std::move(kept);
+    return true;
+  };
+  if (!choice_.camera_topic.empty()) {
+    const auto names = [&](const auto& item) { return lies_at(item.topic, choice_.camera_topic); };
+    const auto shares = [&](const RecordedView& view) {
+      return names(view) || std::ranges::any_of(facts_.infos, [&](const RecordedCameraInfo& info) {
+               return names(info) && namespace_of(info.topic) == namespace_of(view.topic);
+             });
+    };
+    if (!choose(choice_.camera_topic, shares) && std::ranges::none_of(facts_.infos, names))
+      ambiguous(fmt::format("the recording has no camera at the topic '{}'", choice_.camera_topic),
+                "`waymark info` lists the topics.");
+  }
+  const std::string frame = frame_name(choice_.camera_frame);
+  choose(frame, [&](const RecordedView& view) { return view.frame == frame; });
+  // Tags go before the pictures they were found in.
+  std::map<std::string, std::vector<std::string>> topics_of_frame;
+  const bool tags = std::ranges::any_of(all, [](const RecordedView& view) { return !view.picture; });
+  for (const RecordedView& view : all)
+    if (view.picture != tags) topics_of_frame[view.frame].push_back(view.topic);
+  if (topics_of_frame.size() > 1) {
+    std::string list;
+    for (const auto& [name, topics] : topics_of_frame) chosen_.frames.push_back(name);
+    for (const auto& [name, topics] : topics_of_frame)
+      list += fmt::format("\n  {}  ({})", name, fmt::join(topics, ", "));
+    ambiguous(fmt::format("the recording holds {} cameras:{}", topics_of_frame.size(), list),
+              fmt::format("Choose one with --camera-frame, for example --camera-frame {}.",
+                          topics_of_frame.begin()->first));
+  }
+  if (!topics_of_frame.empty()) {
+    const std::string& chosen = topics_of_frame.begin()->first;
+    for (const RecordedView& view : all) {
+      if (view.frame == chosen) {
+        views_.push_back(view);
+      } else {
+        chosen_.unused.insert(view.topic);
+      }
+    }
+  }
+  keep_one_copy();
+}
+
+/// The same picture raw, packed and rectified would be looked at more than once.
+void Choosing::keep_one_copy() {
+  std::vector<const RecordedView*> pictures;
+  for (const RecordedView& view : views_)
+    if (view.picture) pictures.push_back(&view);
+  if (pictures.size() < 2) return;
+  const auto rank = [](const RecordedView* view) {
+    return std::pair(is_rectified(view->topic), unpacked_topic(view->topic) != view->topic);
+  };
+  const RecordedView* best = *std::ranges::min_element(pictures, {}, rank);
+  std::vector<std::string> others;
+  for (const RecordedView* view : pictures) {
+    if (view == best) continue;
+    others.push_back(view->topic);
+    chosen_.unused.insert(view->topic);
+  }
+  note(fmt::format("pictures of {} are used, not {} (--camera-topic chooses)", best->topic,
+                   fmt::join(others, ", ")));
+  std::erase_if(views_, [&](const RecordedView& view) { return chosen_.unused.contains(view.topic); });
+}
+
+void Choosing::choose_info() {
+  std::vector<const RecordedCameraInfo*> fitting;
+  for (const RecordedCameraInfo& info : facts_.infos) fitting.push_back(&info);
+  const auto narrow = [&](auto takes) {
+    std::vector<const RecordedCameraInfo*> kept;
+    std::ranges::copy_if(fitting, std::back_inserter(kept), takes);
+    if (!kept.empty()) fitting = std::move(kept);
+  };
+  if (!choice_.camera_topic.empty())
+    narrow([&](const auto* info) { return lies_at(info->topic, choice_.camera_topic); });
+  const auto beside = [&](const auto* info) {
+    return std::ranges::any_of(views_, [&](const RecordedView& view) {
+      return namespace_of(view.topic) == namespace_of(info->topic);
+    });
+  };
+  const auto same_frame = [&](const auto* info) {
+    return std::ranges::any_of(views_, [&](const RecordedView& view) { return view.frame == info->frame; });
+  };
+  if (fitting.size() > 1) narrow(same_frame);
+  if (fitting.size() > 1) narrow(beside);
+  if (fitting.size() > 1 && !choice_.camera_frame.empty())
+    narrow([&](const auto* info) { return info->frame == frame_name(choice_.camera_frame); });
+  if (fitting.size() > 1) narrow([](const auto* info) { return info->camera.has_value(); });
+  if (fitting.empty()) return;
+  const RecordedCameraInfo& info = *fitting.front();
+  const bool one =
+      std::ranges::all_of(fitting, [&](const auto* other) { return other->camera == info.camera; });
+  if (!one) {
+    std::vector<std::string> topics;
+    for (const auto* other : fitting) topics.push_back(other->topic);
+    ambiguous(fmt::format("several calibrations may be the camera's: {}", fmt::join(topics, ", ")),
+              fmt::format("Choose one with --camera-topic, for example --camera-topic {}.", topics.front()));
+  }
+  const bool rectified =
+      std::ranges::any_of(views_, [](const RecordedView& view) { return is_rectified(view.topic); });
+  chosen_.camera = rectified && info.rectified ? info.rectified : info.camera;
+  chosen_.camera_error = info.error;
+  if (rectified && info.rectified)
+    note("the pictures are rectified: their camera is the projection matrix of " + info.topic);
+  if (facts_.infos.size() > 1) note("the camera's calibration is that of " + info.topic);
+  if (views_.empty()) views_.push_back({info.topic, info.frame, false, {}});
+  if (views_.front().frame.empty()) views_.front().frame = info.frame;
+}
+
+void Choosing::choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* flag) {
+  std::vector<const RecordedMotion*> all;
+  for (const RecordedMotion& motion : facts_.motions)
+    if (motion.imu == imu) all.push_back(&motion);
+  if (all.empty()) return;
+  const RecordedMotion* chosen = all.size() == 1 ? all.front() : nullptr;
+  for (const RecordedMotion* motion : all) {
+    if (!asked.empty() && motion->topic == asked) chosen = motion;
+    const bool as_usual = motion->topic.ends_with("/" + std::string(usual));
+    if (asked.empty() && chosen == nullptr && as_usual) chosen = motion;
+  }
+  std::vector<std::string> topics;
+  for (const RecordedMotion* motion : all) topics.push_back(motion->topic);
+  if (chosen == nullptr || (!asked.empty() && chosen->topic != asked)) {
+    ambiguous(asked.empty() ? fmt::format("the recording has {} topics of {}: {}", all.size(),
+                                          imu ? "IMUs" : "odometry", fmt::join(topics, ", "))
+                            : fmt::format("the recording has no {} on '{}', but on {}",
+                                          imu ? "IMU" : "odometry", asked, fmt::join(topics, ", ")),
+              fmt::format("Choose one with {}, for example {} {}.", flag, flag, topics.front()));
+    return;
+  }
+  (imu ? imu_ : odometry_) = chosen;
+  for (const RecordedMotion* motion : all)
+    if (motion != chosen) chosen_.unused.insert(motion->topic);
+  if (all.size() > 1)
+    note(fmt::format("{} of {} is used, of {} topics ({} chooses)", imu ? "the IMU" : "odometry",
+                     chosen->topic, all.size(), flag));
+}
+
+std::string Choosing::find_camera() {
+  if (!choice_.camera_frame.empty()) return frame_name(choice_.camera_frame);
+  if (!views_.empty() && !views_.front().frame.empty()) return views_.front().frame;
+  std::vector<std::string> optical;
+  for (const std::string& frame : facts_.frames.frames())
+    if (frame.find(kOptical) != std::string::npos) optical.push_back(frame);
+  if (optical.size() == 1) {
+    note(fmt::format("no header names the frame of the camera: taken as '{}'", optical.front()));
+    return optical.front();
+  }
+  return {};
+}
+
+/// The frame of the base that the camera hangs together with.
+std::string Choosing::find_base(const std::string& camera) {
+  if (!choice_.base_frame.empty()) return frame_name(choice_.base_frame);
+  if (odometry_ != nullptr && !odometry_->frame.empty()) return odometry_->frame;
+  constexpr std::array<std::string_view, 2> kUsual = {"base_link", "base_footprint"};
+  for (const std::string_view name : kUsual) {
+    std::vector<std::string> found;
+    for (const std::string& frame : facts_.frames.frames())
+      if (is_named(frame, name) && facts_.frames.joined(frame, camera)) found.push_back(frame);
+    if (found.size() == 1) return found.front();
+    if (found.size() > 1)
+      ambiguous(fmt::format("the camera '{}' hangs together with several bases: {}", camera,
+                            fmt::join(found, ", ")),
+                fmt::format("Choose one, for example --base-frame {}.", found.front()));
+    if (!found.empty()) return found.front();
+  }
+  return "base_link";
+}
+
+/// An optical frame looks along z; a body's frame has z up, x ahead.
+bool has_axes_of_a_body(const SE3& base_T_frame) {
+  constexpr double kNear_rad = 0.8;
+  return base_T_frame.rotation().log().norm() < kNear_rad;
+}
+
+void Choosing::find_mounting() {
+  const std::string camera = find_camera();
+  const FrameTree& frames = facts_.frames;
+  if (frames.empty()) {
+    if (!choice_.base_frame.empty() || !choice_.camera_frame.empty())
+      chosen_.mounting_error =
+          Error{ErrorCode::NotFound,
+                "the recording has no transforms (/tf_static, /tf)",
+                {},
+                "Leave out --base-frame and --camera-frame, and give the mounting with --robot FILE."};
+    return;
+  }
+  if (camera.empty()) {
+    if (!views_.empty())
+      chosen_.mounting_error = Error{ErrorCode::NotFound,
+                                     "no header names the frame of the camera; " + frames.text(),
+                                     {},
+                                     "Name it with --camera-frame."};
+    return;
+  }
+  const std::string base = find_base(camera);
+  chosen_.base_frame = base;
+  chosen_.camera_frame = camera;
+  const Result<SE3> base_T_cam = frames.chain(base, camera);
+  if (!base_T_cam) {
+    chosen_.mounting_error = base_T_cam.error();
+    return;
+  }
+  const bool named_optical = camera.find(kOptical) != std::string::npos;
+  if (choice_.camera_frame.empty() && !named_optical && has_axes_of_a_body(*base_T_cam)) {
+    chosen_.mounting_error = Error{
+        ErrorCode::NotFound,
+        fmt::format("the frame of the camera, '{}', has the axes of a body (x ahead, z up): a camera's are x "
+                    "right, y down, z ahead; {}",
+                    camera, frames.text()),
+        {},
+        "Name the optical frame with --camera-frame; --camera-frame with this very frame takes it as it is."};
+    return;
+  }
+  chosen_.base_T_cam = *base_T_cam;
+}
+
+/// The gyro of a camera has the axes of the camera.
+void Choosing::turn_imu() {
+  if (imu_ == nullptr || imu_->frame.empty() || chosen_.base_frame.empty() ||
+      imu_->frame == chosen_.base_frame)
+    return;
+  if (const Result<SE3> base_T_imu = facts_.frames.chain(chosen_.base_frame, imu_->frame)) {
+    chosen_.base_R_imu = base_T_imu->rotation();
+    return;
+  }
+  note(fmt::format(
+      "no chain of transforms leads from '{}' to the frame of the IMU, '{}': its axes are taken as "
+      "those of the base",
+      chosen_.base_frame, imu_->frame));
+}
+
+}  // namespace
+
+ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice) {
+  return Choosing(facts, choice).run();
+}
+
+std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts, const CameraChoice& choice) {
+  if (!choice.camera_frame.empty() || !choice.camera_topic.empty()) return {};
+  std::vector<std::string> frames = choose_camera(facts, choice).frames;
+  std::ranges::stable_sort(frames, {}, [&](const std::string& frame) {
+    return std::ranges::find(facts.infos, frame, &RecordedCameraInfo::frame) - facts.infos.begin();
+  });
+  std::vector<ChosenCamera> all;
+  for (const std::string& frame : frames) {
+    CameraChoice one = choice;
+    one.camera_frame = frame;
+    ChosenCamera camera = choose_camera(facts, one);
+    const bool calibrated =
+        std::ranges::find(facts.infos, frame, &RecordedCameraInfo::frame) != facts.infos.end();
+    if (camera.ambiguous || !calibrated || !camera.camera || !camera.base_T_cam) return {};
+    all.push_back(std::move(camera));
+  }
+  return all;
+}
+
+namespace {
+
+/// The first of several becomes the chosen one; what none of them needs is not read.
+void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
+  setup.chosen = cameras.front();
+  std::vector<std::string> frames;
+  for (const ChosenCamera& camera : cameras) {
+    std::set<std::string> unused;
+    std::ranges::set_intersection(setup.chosen.unused, camera.unused, std::inserter(unused, unused.end()));
+    setup.chosen.unused = std::move(unused);
+    frames.push_back(camera.camera_frame);
+  }
+  for (auto camera = cameras.begin() + 1; camera != cameras.end(); ++camera)
+    setup.more_cameras.push_back(
+        {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
+  setup.chosen.notes = {fmt::format("all {} cameras are used: {} (--camera-frame chooses one)", frames.size(),
+                                    fmt::join(frames, ", "))};
+}
+
+}  // namespace
+
+const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera) {
+  const auto found = std::ranges::find(setup.more_cameras, camera, &MountedCamera::name);
+  if (found != setup.more_cameras.end()) return &found->camera;
+  return setup.camera ? &*setup.camera : nullptr;
+}
+
+void choose(RecordingSetup& setup, const CameraChoice& choice) {
+  setup.more_cameras.clear();
+  if (auto all = choose_all_cameras(setup.facts, choice); !all.empty())
+    use_all(std::move(all), setup);
+  else
+    setup.chosen = choose_camera(setup.facts, choice);
+  setup.camera = setup.chosen.camera;
+  setup.base_T_cam = setup.chosen.base_T_cam;
+}
+
+void turn_into_base(Sample& sample, const ChosenCamera& chosen) {
+  auto* imu = std::get_if<ImuSample>(&sample);
+  if (imu == nullptr || !chosen.base_R_imu) return;
+  imu->angular_velocity_rad_s = *chosen.base_R_imu * imu->angular_velocity_rad_s;
+  imu->linear_acceleration_m_s2 = *chosen.base_R_imu * imu->linear_acceleration_m_s2;
+}
+
+}  // namespace waymark

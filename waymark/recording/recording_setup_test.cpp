@@ -1,0 +1,167 @@
+#include "waymark/recording/recording_setup.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const SE3 kUp(SO3(), {0.084, 0, 0.18});
+const SE3 kTurned(SO3::from_rpy(0.1, -0.2, 0.3), {0.01, 0.02, 0.03});
+const SE3 kOpticalTurn(body_R_optical(), Eigen::Vector3d::Zero());
+
+CameraModel some_camera(double focal_px = 400) {
+  return *CameraModel::make(PinholeRadtan{.fx = focal_px, .fy = focal_px, .cx = 320, .cy = 240}, 640, 480);
+}
+
+/// A robot whose chain has three links, in the names of a RealSense.
+CameraFacts a_robot() {
+  CameraFacts facts;
+  facts.frames.add("odom", "base_link", SE3());
+  facts.frames.add("base_link", "camera_link", kUp);
+  facts.frames.add("camera_link", "camera_color_frame", kTurned);
+  facts.frames.add("/camera_color_frame", "/camera_color_optical_frame", kOpticalTurn);
+  facts.infos.push_back({"/camera/color/camera_info", "camera_color_optical_frame", some_camera()});
+  facts.views.push_back({"/camera/color/image_raw", "camera_color_optical_frame", true, "rgb8"});
+  facts.motions.push_back({"/odom", "base_link", false});
+  return facts;
+}
+
+std::string mounting_error(const CameraFacts& facts, const CameraChoice& choice = {}) {
+  const ChosenCamera chosen = choose_camera(facts, choice);
+  EXPECT_FALSE(chosen.base_T_cam);
+  return chosen.mounting_error ? to_string(*chosen.mounting_error) : "";
+}
+
+void expect_same(const SE3& a, const SE3& b) { EXPECT_LT((a.inverse() * b).log().norm(), 1e-12); }
+
+TEST(CameraChoice, ComposesEveryLinkOfTheChain) {
+  const ChosenCamera chosen = choose_camera(a_robot(), {});
+  ASSERT_TRUE(chosen.base_T_cam);
+  expect_same(*chosen.base_T_cam, kUp * kTurned * kOpticalTurn);
+  EXPECT_EQ(chosen.base_frame, "base_link");
+  EXPECT_EQ(chosen.camera_frame, "camera_color_optical_frame");
+  EXPECT_TRUE(chosen.camera);
+  EXPECT_FALSE(chosen.ambiguous);
+  EXPECT_THAT(chosen.unused, IsEmpty());
+}
+
+TEST(CameraChoice, TheBaseIsWhatTheOdometryMoves) {
+  CameraFacts facts = a_robot();
+  facts.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.01}));  // a second parent beside odom
+  EXPECT_TRUE(choose_camera(facts, {}).base_T_cam);
+  facts.motions = {{"/odom", "base_footprint", false}};
+  EXPECT_THAT(mounting_error(facts), HasSubstr("base_footprint"));
+  CameraFacts above;
+  above.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.01}));
+  above.frames.add("base_link", "cam_optical", kUp * kOpticalTurn);
+  above.views.push_back({"/detections", "cam_optical", false, {}});
+  above.motions = {{"/odom", "base_footprint", false}};
+  expect_same(*choose_camera(above, {}).base_T_cam, SE3(SO3(), {0.084, 0, 0.19}) * kOpticalTurn);
+  above.motions.clear();
+  expect_same(*choose_camera(above, {}).base_T_cam, kUp * kOpticalTurn);
+  expect_same(*choose_camera(above, {.base_frame = "base_footprint"}).base_T_cam,
+              SE3(SO3(), {0.084, 0, 0.19}) * kOpticalTurn);
+}
+
+TEST(CameraChoice, AChainThatCannotBeUsedShowsTheTree) {
+  CameraFacts missing = a_robot();
+  missing.views[0].frame = "default_cam";
+  const std::string words = mounting_error(missing);
+  EXPECT_THAT(words, HasSubstr("no transform has the frame 'default_cam'"));
+  EXPECT_THAT(words, HasSubstr("\n      camera_link\n        camera_color_frame"));
+  EXPECT_THAT(words, HasSubstr("--camera-frame"));
+  EXPECT_TRUE(choose_camera(missing, {.camera_frame = "camera_color_optical_frame"}).base_T_cam);
+
+  CameraFacts moving = a_robot();
+  moving.frames.add("base_link", "camera_link", SE3(SO3(), {0.09, 0, 0.18}));
+  EXPECT_THAT(mounting_error(moving), HasSubstr("camera_link  (moves)"));
+
+  CameraFacts apart = a_robot();
+  apart.motions[0].frame = "chassis";
+  apart.frames.add("world", "chassis", SE3());
+  EXPECT_THAT(mounting_error(apart), HasSubstr("no chain of transforms leads from 'chassis'"));
+
+  CameraFacts circle;
+  circle.frames.add("a_optical", "b", SE3());
+  circle.frames.add("b", "a_optical", SE3());
+  circle.frames.add("b", "base_link", SE3());
+  circle.views.push_back({"/detections", "a_optical", false, {}});
+  EXPECT_THAT(mounting_error(circle), HasSubstr("go round in a circle: a_optical -> b -> a_optical"));
+
+  CameraFacts broken;
+  broken.frames.add("base_link", "a_optical", std::nullopt);
+  broken.views.push_back({"/detections", "a_optical", false, {}});
+  EXPECT_THAT(mounting_error(broken), HasSubstr("cannot be used"));
+}
+
+TEST(CameraChoice, TheFrameOfABodyIsNoOpticalFrame) {
+  CameraFacts facts = a_robot();
+  facts.views[0].frame = "camera_link";
+  facts.infos[0].frame = "camera_link";
+  EXPECT_THAT(mounting_error(facts), HasSubstr("axes of a body"));
+  EXPECT_TRUE(choose_camera(facts, {.camera_frame = "camera_link"}).base_T_cam);
+}
+
+TEST(CameraChoice, OfSeveralCamerasOneMustBeNamed) {
+  CameraFacts facts = a_robot();
+  facts.views.push_back({"/camera/infra1/image_rect_raw", "camera_infra1_optical_frame", true, "mono8"});
+  facts.views.push_back({"/camera/depth/image_rect_raw", "camera_depth_optical_frame", true, "16UC1"});
+  facts.infos.push_back({"/camera/infra1/camera_info", "camera_infra1_optical_frame", some_camera(500)});
+  facts.frames.add("camera_link", "camera_infra1_optical_frame", kOpticalTurn);
+  const ChosenCamera open = choose_camera(facts, {});
+  ASSERT_TRUE(open.ambiguous);
+  EXPECT_THAT(to_string(*open.ambiguous), HasSubstr("2 cameras"));
+  const CameraModel expected = some_camera(500);
+  for (const CameraChoice& choice : {CameraChoice{.camera_frame = "camera_infra1_optical_frame"},
+                                     CameraChoice{.camera_topic = "/camera/infra1"}}) {
+    const ChosenCamera chosen = choose_camera(facts, choice);
+    EXPECT_FALSE(chosen.ambiguous);
+    EXPECT_EQ(chosen.camera, expected);
+    EXPECT_THAT(chosen.unused, Contains("/camera/color/image_raw"));
+    EXPECT_THAT(chosen.unused, Contains("/camera/depth/image_rect_raw"));
+    expect_same(*chosen.base_T_cam, kUp * kOpticalTurn);
+  }
+}
+
+TEST(CameraChoice, APictureIsLookedAtOnce) {
+  CameraFacts facts = a_robot();
+  facts.views.push_back({"/camera/color/image_raw/compressed", "camera_color_optical_frame", true, {}});
+  facts.views.push_back({"/camera/color/image_rect", "camera_color_optical_frame", true, {}});
+  const ChosenCamera chosen = choose_camera(facts, {});
+  EXPECT_THAT(chosen.unused, ::testing::UnorderedElementsAre("/camera/color/image_raw/compressed",
+                                                             "/camera/color/image_rect"));
+  EXPECT_FALSE(chosen.notes.empty());
+}
+
+TEST(CameraChoice, RectifiedPicturesHaveTheProjectionMatrix) {
+  CameraFacts facts = a_robot();
+  facts.infos[0].rectified = some_camera(380);
+  facts.views[0].topic = "/camera/color/image_rect";
+  EXPECT_EQ(choose_camera(facts, {}).camera, some_camera(380));
+}
+
+TEST(CameraChoice, OdometryAndImusAreNotMixed) {
+  CameraFacts facts = a_robot();
+  facts.motions.push_back({"/odometry/filtered", "base_link", false});
+  facts.motions.push_back({"/camera/imu", "camera_imu_optical_frame", true});
+  facts.frames.add("camera_link", "camera_imu_optical_frame", kOpticalTurn);
+  const ChosenCamera chosen = choose_camera(facts, {});
+  EXPECT_FALSE(chosen.ambiguous);
+  EXPECT_THAT(chosen.unused, Contains("/odometry/filtered"));
+  ASSERT_TRUE(chosen.base_R_imu);
+  EXPECT_LT((*chosen.base_R_imu * Eigen::Vector3d(0, -1, 0) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_THAT(choose_camera(facts, {.odometry_topic = "/odometry/filtered"}).unused, Contains("/odom"));
+  EXPECT_TRUE(choose_camera(facts, {.odometry_topic = "/nothing"}).ambiguous);
+  facts.motions[0].topic = "/wheels";
+  EXPECT_TRUE(choose_camera(facts, {}).ambiguous);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,154 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/recording/ros2/messages.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+/// The detections of the bags TagSLAM reads (berndpfrommer/apriltag_msgs), as the transcoder of ROS 1 gives
+/// them.
+namespace waymark::ros2 {
+
+/// Corners: BL, BR, TR, TL of the printed tag; pixel centres as in ROS. The family is "", "mit" or a name.
+struct Apriltag {
+  std::int32_t id = 0;
+  std::string family{};
+  std::int32_t hamming = 0;
+  std::int32_t border = 0;
+  std::int32_t bits = 0;
+  Point center{};
+  std::array<Point, 4> corners{};
+  WAYMARK_ROS2_FIELDS(self.id, self.family, self.hamming, self.border, self.bits, self.center, self.corners)
+};
+
+struct ApriltagArrayStamped {
+  static constexpr std::string_view kType = "apriltag_msgs/msg/ApriltagArrayStamped";
+  Header header{};
+  std::vector<Apriltag> apriltags{};
+  WAYMARK_ROS2_FIELDS(self.header, self.apriltags)
+};
+
+/// Families "" and "mit" are tag36h11, the only one these detectors were used with. Fails on one not known.
+[[nodiscard]] Result<TagFrame> from_ros(const ApriltagArrayStamped& message);
+
+}  // namespace waymark::ros2
+
+/// Between our samples and ROS 2 messages. This is the border where conventions change: pixel centres (+1/2
+/// here, integers there), corner order (TL TR BR BL here; BL BR TR TL there), frame names (base_link,
+/// camera_optical, tag36h11:7).
+namespace waymark::ros2 {
+
+inline constexpr std::string_view kMapFrame = "map";
+inline constexpr std::string_view kOdomFrame = "odom";
+inline constexpr std::string_view kBaseFrame = "base_link";
+inline constexpr std::string_view kCameraFrame = "camera_optical";
+inline constexpr std::string_view kLaserFrame = "laser";
+
+/// The frame of a camera on the wire: "cam" is camera_optical, "left" is left_optical. And back; a frame that
+/// does not end in _optical names the camera itself, an empty one is "cam".
+[[nodiscard]] std::string camera_frame(std::string_view camera);
+[[nodiscard]] std::string camera_of_frame(std::string_view frame);
+
+[[nodiscard]] Time to_ros(SensorTime stamp);
+[[nodiscard]] SensorTime from_ros(const Time& stamp);
+[[nodiscard]] Pose to_ros(const SE3& a_T_b);
+[[nodiscard]] SE3 from_ros(const Pose& pose);
+[[nodiscard]] TransformStamped to_ros_transform(SensorTime stamp, std::string_view parent,
+                                                std::string_view child, const SE3& parent_T_child);
+[[nodiscard]] SE3 from_ros(const TransformStamped& transform);
+
+[[nodiscard]] Odometry to_ros(const waymark::Odometry& odometry);
+[[nodiscard]] waymark::Odometry from_ros(const Odometry& message);
+[[nodiscard]] JointState to_ros(const WheelTicks& ticks);
+/// The first joints whose names speak of a left and a right wheel; fails without.
+[[nodiscard]] Result<WheelTicks> from_ros(const JointState& message);
+[[nodiscard]] Imu to_ros(const ImuSample& imu);
+[[nodiscard]] ImuSample from_ros(const Imu& message);
+[[nodiscard]] TwistStamped to_ros(const StampedCommand& command);
+[[nodiscard]] StampedCommand from_ros(const TwistStamped& message);
+[[nodiscard]] PoseStamped to_ros(const TruthPose& truth);
+
+[[nodiscard]] AprilTagDetectionArray to_ros(const TagFrame& frame);
+[[nodiscard]] TagCornerCovariances covariances_to_ros(const TagFrame& frame);
+/// Fails on a family that is not known. Covariances come on a topic of their own: see add_covariances().
+[[nodiscard]] Result<TagFrame> from_ros(const AprilTagDetectionArray& message);
+/// Fails when the entries are not those of the frame.
+[[nodiscard]] Status add_covariances(TagFrame& frame, const TagCornerCovariances& message);
+
+/// mono8.
+[[nodiscard]] Image to_ros(const CameraFrame& frame);
+/// Grey of mono8, 8UC1, mono16, 16UC1 (scaled to 8 bits, rounded), rgb8, bgr8, rgba8, bgra8 (Rec. 601 luma,
+/// as decode_image) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and on a size its data do
+/// not have.
+[[nodiscard]] Result<CameraFrame> from_ros(const Image& message);
+/// JPEG, PNG or PNM, whatever `format` says; fails as decode_image does.
+[[nodiscard]] Result<CameraFrame> from_ros(const CompressedImage& message);
+
+/// ROS keeps the angles and limits as float32: they come back within 1e-7 of their size.
+[[nodiscard]] LaserScan to_ros(const waymark::LaserScan& scan);
+[[nodiscard]] waymark::LaserScan from_ros(const LaserScan& message);
+[[nodiscard]] Joy to_ros(const GamepadState& state);
+[[nodiscard]] GamepadState from_ros(const Joy& message);
+[[nodiscard]] RangeBearing to_ros(const waymark::RangeBearing& sample);
+[[nodiscard]] waymark::RangeBearing from_ros(const RangeBearing& message);
+[[nodiscard]] TagPoseArray to_ros(const TagPoseFrame& frame);
+/// Fails on a family that is not known.
+[[nodiscard]] Result<TagPoseFrame> from_ros(const TagPoseArray& message);
+
+[[nodiscard]] CameraInfo to_ros(const CameraModel& camera, SensorTime stamp, std::string_view name = "cam");
+/// Fails on a distortion model that is not known and on what CameraModel::make() refuses.
+[[nodiscard]] Result<CameraModel> from_ros(const CameraInfo& message);
+
+}  // namespace waymark::ros2
+
+// Inside the room: messages whose numbers cannot be those of a robot.
+
+#include <algorithm>
+#include <cmath>
+
+#include "waymark/recording/ros2/messages.hpp"
+
+namespace waymark::ros2 {
+
+[[nodiscard]] inline bool sound(const Vector3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+/// A rotation: finite, and not so far from length 1 that it means none.
+[[nodiscard]] inline bool sound(const Quaternion& q) {
+  const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  return squared > 1e-6 && squared < 1e6;
+}
+[[nodiscard]] inline bool sound(const Pose& p) { return sound(p.position) && sound(p.orientation); }
+[[nodiscard]] inline bool sound(const Twist& t) { return sound(t.linear) && sound(t.angular); }
+[[nodiscard]] inline bool sound(const PoseStamped& m) { return sound(m.pose); }
+[[nodiscard]] inline bool sound(const TwistStamped& m) { return sound(m.twist); }
+[[nodiscard]] inline bool sound(const Odometry& m) { return sound(m.pose.pose) && sound(m.twist.twist); }
+[[nodiscard]] inline bool sound(const Imu& m) {
+  return sound(m.angular_velocity) && sound(m.linear_acceleration);
+}
+[[nodiscard]] inline bool sound(const JointState& m) {
+  return std::ranges::all_of(m.position, [](double x) { return std::isfinite(x); });
+}
+[[nodiscard]] inline bool sound(const RangeBearing& m) {
+  return std::isfinite(m.range_m) && std::isfinite(m.bearing_rad);
+}
+[[nodiscard]] inline bool sound(const TagPoseArray& m) {
+  return std::ranges::all_of(m.tags, [](const TagPose& tag) { return sound(tag.pose); });
+}
+[[nodiscard]] inline bool sound(const AprilTagDetectionArray& m) {
+  return std::ranges::all_of(m.detections, [](const AprilTagDetection& tag) {
+    return std::ranges::all_of(
+        tag.corners, [](const AprilTagPoint& p) { return std::isfinite(p.x) && std::isfinite(p.y); });
+  });
+}
+[[nodiscard]] inline bool sound(const TransformStamped& t) {
+  return sound(t.translation) && sound(t.rotation);
+}
+
+}  // namespace waymark::ros2

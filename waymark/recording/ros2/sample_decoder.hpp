@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/recording/byte_file.hpp"
+#include "waymark/recording/recording_setup.hpp"
+#include "waymark/samples/mounted_camera.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+/// Turns ROS 2 messages into samples, one after another, whatever file they come from.
+class SampleDecoder {
+ public:
+  using Visitor = std::function<Status(const Sample&)>;
+  explicit SampleDecoder(Visitor visit);
+  ~SampleDecoder();
+  SampleDecoder(const SampleDecoder&) = delete;
+  SampleDecoder& operator=(const SampleDecoder&) = delete;
+
+  /// Visits the sample of a message in plain CDR (log_time [ns]: the stamp of types without a header), if its
+  /// type and topic are ones we know. Fails when it does not decode, or the visitor fails. A frame of tags
+  /// waits for the covariances that may follow it.
+  Status add(std::string_view topic, std::string_view type, std::uint64_t log_time, ByteSpan cdr);
+  /// Visits what still waits.
+  Status finish();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The camera of an MCAP file, its place on the robot, and the metadata.
+[[nodiscard]] Result<RecordingSetup> read_setup(const ByteSource& source);
+
+/// Calls visit for every sample of the topics we know, in order of log time. Fails on a message that does not
+/// decode.
+[[nodiscard]] Status visit_samples(const ByteSource& source,
+                                   const std::function<Status(const Sample&)>& visit);
+
+}  // namespace waymark

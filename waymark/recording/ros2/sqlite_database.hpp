@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "waymark/base/error.hpp"
+#include "waymark/recording/byte_file.hpp"
+#include "waymark/recording/byte_io.hpp"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace waymark {
+
+/// A SQLite file, open for reading only.
+class SqliteDatabase {
+ public:
+  /// `name` stands in messages. A file that is not to be trusted: no views, triggers or functions of its own
+  /// are run, and no value may be larger than max_value_bytes. Nothing is written beside it.
+  static Result<SqliteDatabase> open(const std::filesystem::path& path, std::string name,
+                                     std::uint64_t max_value_bytes);
+
+  /// The same of a file without a name.
+  static Result<SqliteDatabase> open(std::shared_ptr<const TemporaryFile> file, std::string name,
+                                     std::uint64_t max_value_bytes);
+
+  /// Names of the columns of a table; empty when there is no such table (a view is none).
+  [[nodiscard]] std::set<std::string> columns(const std::string& table) const;
+
+  /// Rows of a query, one at a time.
+  class Query {
+   public:
+    /// False at the end. Fails where the file is damaged.
+    Result<bool> next();
+    [[nodiscard]] std::int64_t integer(int column) const;
+    [[nodiscard]] std::string text(int column) const;
+    /// Gone with the next row.
+    [[nodiscard]] ByteSpan bytes(int column) const;
+    Query& bind(int parameter, std::int64_t value);
+
+   private:
+    friend class SqliteDatabase;
+    Query(const SqliteDatabase& database, sqlite3_stmt* statement);
+    const SqliteDatabase* database_;
+    std::shared_ptr<sqlite3_stmt> statement_;
+  };
+  [[nodiscard]] Result<Query> query(const std::string& sql) const;
+
+ private:
+  SqliteDatabase(std::shared_ptr<sqlite3> database, std::string name)
+      : database_(std::move(database)), name_(std::move(name)) {}
+  [[nodiscard]] Error error() const;
+
+  std::shared_ptr<sqlite3> database_;
+  std::string name_;
+};
+
+}  // namespace waymark

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/simulation/render/ray_table.hpp"
+#include "waymark/simulation/render/scene.hpp"
+
+namespace waymark::render {
+
+/// The pattern of a flat rectangle: square cells in its middle, a margin around them, nothing beyond. In
+/// units of a cell, with the origin at the top left corner of the cells; a plain rectangle has no cells, and
+/// its units are arbitrary. Lines 0 .. lines() - 1 of either direction part columns (rows) 0 .. lines(); the
+/// first and the last of them are outside.
+struct PatternGrid {
+  int cells = 0;  ///< in a row; at most kMostCells
+  float left = 0, right = 0, top = 0, bottom = 0;
+  std::vector<float> levels;  ///< reflectance of row r, column c at r * (lines() + 1) + c; outside 0
+
+  static constexpr int kMostCells = 16;
+
+  [[nodiscard]] int lines() const { return cells > 0 ? cells + 3 : 2; }
+  [[nodiscard]] float column_line(int k) const {
+    return k == 0 ? left : (k == lines() - 1 ? right : static_cast<float>(k - 1));
+  }
+  [[nodiscard]] float row_line(int k) const {
+    return k == 0 ? top : (k == lines() - 1 ? bottom : static_cast<float>(k - 1));
+  }
+  [[nodiscard]] float level(int row, int column) const { return levels[row_major(row, lines() + 1, column)]; }
+  [[nodiscard]] bool covers(int row, int column) const {
+    return row > 0 && column > 0 && row < lines() && column < lines();
+  }
+};
+
+/// Where the line of sight of a pixel's corner meets the plane: at (a / c, b / c), before the camera if c >
+/// 0.
+struct PlanePoint {
+  float a = 0, b = 0, c = 0;
+};
+
+/// The columns and rows a pixel may touch.
+struct CellSpan {
+  int column_low = 0, column_high = 0, row_low = 0, row_high = 0;
+};
+
+/// Which part of a pixel a pattern covers, and the sum of reflectance times part.
+struct PixelShare {
+  float covered = 0;
+  float level = 0;
+};
+
+/// Exact areas: the pixel's square is cut along the lines of the pattern. a, b, c are taken as linear between
+/// the corners, which they are without distortion; with it the error is of the bend within a pixel. Corners
+/// clockwise from the top left one. c may be 0 or less at some of them (the horizon). O(cells touched).
+[[nodiscard]] PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4],
+                                        const CellSpan& span);
+
+/// A surface made ready for pictures.
+struct PreparedSurface {
+  SE3 map_T_surface{};
+  Eigen::Matrix3d surface_R_map = Eigen::Matrix3d::Identity();
+  std::array<Eigen::Vector3d, 4> map_p_corners{};  ///< TL TR BR BL
+  Eigen::Vector2d half_m = Eigen::Vector2d::Zero();
+  PatternGrid front{};
+  PatternGrid back{};  ///< blank
+  double unit_m = 1;   ///< a unit of the grids
+  Finish finish{};
+  double gain_front = 1, gain_back = 1;  ///< how much light falls on either side
+};
+
+[[nodiscard]] PreparedSurface prepare(const SceneSurface& surface, const Scene& scene, double ambient);
+
+/// Where a camera stands for a moment: one sample of the exposure, through one point of its lens.
+struct Viewpoint {
+  Eigen::Matrix3d map_R_cam = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d map_t_lens = Eigen::Vector3d::Zero();  ///< the point of the lens
+  /// What a point of the lens off its centre adds to every ray: minus its offset over the focus distance.
+  Eigen::Vector3d cam_ray_shift = Eigen::Vector3d::Zero();
+};
+
+/// A surface from a viewpoint: a ray r meets its plane at (a / c, b / c) in units of its grid, each of them
+/// x r.x + y r.y + z r.z + shift.
+struct PlaneRays {
+  struct Form {
+    float x = 0, y = 0, z = 0, shift = 0;
+  };
+  Form a{}, b{}, c{};
+};
+
+[[nodiscard]] PlaneRays plane_rays(const PreparedSurface& surface, bool front, const Viewpoint& view);
+
+/// A surface from where the camera is in the middle of the exposure.
+struct SurfaceView {
+  const PreparedSurface* surface = nullptr;
+  bool front = true;
+  double nearest_m = 0;  ///< to any of its points
+  std::array<Eigen::Vector3d, 4>
+      cam_n_edges{};  ///< unit; a ray that is on the inner side of all four meets it
+
+  [[nodiscard]] const PatternGrid& grid() const { return front ? surface->front : surface->back; }
+};
+
+[[nodiscard]] SurfaceView view_of(const PreparedSurface& surface, const SE3& map_T_cam);
+
+/// The surfaces that a camera may see, the farthest first: each is drawn over those before it. Pairwise tests
+/// of planes (Newell, Newell and Sancha, "A solution to the hidden surface problem", ACM 1972); surfaces that
+/// pierce each other, or cover each other in a ring, are not resolved. Those within `reach_m` of their own
+/// plane are left out. O(surfaces squared).
+[[nodiscard]] std::vector<const PreparedSurface*> from_far_to_near(std::span<const PreparedSurface> surfaces,
+                                                                   const SE3& map_T_cam,
+                                                                   double half_view_rad);
+
+enum class Meeting : std::uint8_t { None, Partly, Wholly };
+
+/// Whether a surface fills a tile, misses it, or neither is sure, while the camera turns by up to `turn_rad`
+/// and moves by up to `move_m` from where the view was taken.
+[[nodiscard]] Meeting meets(const SurfaceView& view, const RayTable::Tile& tile, double turn_rad,
+                            double move_m);
+
+/// A texture that repeats in both directions, and half, quarter, … sizes of it (Williams, "Pyramidal
+/// parametrics", SIGGRAPH 1983). Values from -1 to 1 with mean 0.
+class SurfaceTexture {
+ public:
+  /// `kind` is an index in kFloorTextures. Kinds differ in what they show, not in size.
+  explicit SurfaceTexture(int kind);
+
+  /// Cells (tiles, planks, largest blobs) from one repetition to the next.
+  static constexpr int kCells = 8;
+  /// Texels in a cell of the finest level.
+  static constexpr int kTexelsPerCell = 64;
+
+  /// The two levels that are nearest in size to a footprint of so many texels of the finest level.
+  struct Level {
+    const float* fine = nullptr;
+    const float* coarse = nullptr;
+    int fine_size = 1, coarse_size = 1;  ///< [texel], powers of 2
+    float to_coarse = 0;                 ///< share of the coarser one
+  };
+  [[nodiscard]] Level level(double texels) const;
+
+  /// The value at (u, v) [cells].
+  [[nodiscard]] static float at(const Level& level, float u, float v);
+
+ private:
+  [[nodiscard]] const float* texels(std::size_t level) const { return levels_[level].data(); }
+  std::vector<std::vector<float>> levels_;
+};
+
+/// Made when first asked for, once for all. Thread-safe.
+[[nodiscard]] const SurfaceTexture& surface_texture(int kind);
+
+/// A value for each pixel of a tile, row by row.
+using TileValues = std::array<float, static_cast<std::size_t>(kTilePx) * kTilePx>;
+
+/// The texture at every other corner of a tile's pixels, in both directions.
+inline constexpr int kTileNodes = kTilePx / 2 + 1;
+using TileNodes = std::array<float, static_cast<std::size_t>(kTileNodes) * kTileNodes>;
+
+/// Adds row `node` (pixel corners 2 node) of the nodes of a tile that sees a texture so, filtered to two
+/// pixels.
+void add_texture_nodes(const SurfaceTexture& texture, double cell_m, const PlaneRays& plane,
+                       const RayTable& rays, const RayTable::Tile& tile, int node, TileNodes& nodes);
+
+/// Adds `scale` times what lies between the nodes (bilinear) to every pixel.
+void spread_nodes(const TileNodes& nodes, float scale, TileValues& values);
+
+/// Adds the mirror image of the lamp on a glossy surface (Blinn, "Models of light reflection for computer
+/// synthesized pictures", SIGGRAPH 1977: the cosine between the normal and the middle of the ways to lamp and
+/// camera, to a power).
+void add_glare(const SurfaceView& view, const SE3& map_T_cam, const Eigen::Vector3d& map_t_lamp,
+               const RayTable& rays, const RayTable::Tile& tile, TileValues& values);
+
+}  // namespace waymark::render

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/samples/robot_model.hpp"
+#include "waymark/simulation/world/world.hpp"
+
+namespace waymark {
+
+struct TagLayoutOptions {
+  int most_tags = 60;
+  double tag_size_m = 0.16;
+  double height_m = 0.3;
+  double clearance_m = 0.45;
+  double max_range_m = 3.5;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.most_tags, Field{"most_tags", "Maximum number of tags.", 1, 500});
+    visit(self.tag_size_m, Field{"tag_size_m", "Side of the black square.", 0.01, 10});
+    visit(self.height_m, Field{"height_m", "Height of the tags' centres above the floor.", 0, 10});
+    visit(self.clearance_m, Field{"clearance_m", "Minimum distance in space from the hull to a tag.", 0, 10});
+    visit(self.max_range_m,
+          Field{"max_range_m", "Maximum distance at which a tag counts as visible.", 0.1, 100});
+  }
+};
+
+/// Upright tags along a line, so that a robot on it sees two of them from everywhere, with as few as it
+/// takes: the greedy cover of the line's points, twice (Chvatal, "A greedy heuristic for the set-covering
+/// problem", Mathematics of Operations Research 4, 1979). Places stand beside the line and face a point
+/// before it; those in a keep-out area of `world`, behind its walls, or nearer than the clearance are not
+/// taken, nor are those that hide another tag from a point that would see it. The tags of the world go; its
+/// anchor becomes the tag seen most from the beginning. Fails on a world without a line, and when no tag can
+/// be placed. O(places * points + tags * places * points).
+[[nodiscard]] Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& camera,
+                                     const TagLayoutOptions& options = {});
+
+/// Whether a point is in an area (crossing number).
+[[nodiscard]] bool inside(const KeepOut& area, const Eigen::Vector2d& point_m);
+
+}  // namespace waymark
