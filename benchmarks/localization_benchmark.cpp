@@ -14,7 +14,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {

@@ -1,7 +1,4 @@
 // What the detector finds in photographs and in rendered images with exact truth, beside libapriltag itself.
-#include <apriltag/apriltag.h>
-#include <apriltag/tag36h11.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -12,12 +9,14 @@
 #include <string>
 #include <vector>
 
+#include <apriltag/apriltag.h>
+#include <apriltag/tag36h11.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/evaluation/detections.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark {

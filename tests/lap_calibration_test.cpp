@@ -9,7 +9,7 @@
 
 #include "tests/support/circuit_lap.hpp"
 #include "waymark/mapping/lap/lap_calibration.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

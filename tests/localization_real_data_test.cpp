@@ -13,7 +13,7 @@
 #include "waymark/localization/innovation_fits.hpp"
 #include "waymark/localization/smoother.hpp"
 #include "waymark/recording/message_log.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "tests/support/circuit_lap.hpp"
 #include "waymark/evaluation/map_errors.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

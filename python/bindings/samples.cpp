@@ -10,8 +10,8 @@
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/values.hpp"
-#include "waymark/samples/corners.hpp"
 #include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark::python {
 namespace {

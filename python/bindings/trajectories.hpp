@@ -1,6 +1,5 @@
 #pragma once
 
-#include "waymark/samples/estimated_pose.hpp"
 #include "waymark/samples/trajectory.hpp"
 
 namespace waymark::python {

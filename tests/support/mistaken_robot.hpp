@@ -87,7 +87,7 @@ struct FilterOutcome {
 };
 
 inline FilterOutcome filtered(const MistakenDrive& log, const RiekfOptions& options = {},
-            const std::optional<SystematicVerdict>& before = {}) {
+                              const std::optional<SystematicVerdict>& before = {}) {
   RiekfLocalizer filter(Landmarks(testing::ring()), testing::mounted_sensor(), options);
   if (before) filter.tracker().suspect(*before);
   FilterOutcome outcome;

@@ -8,7 +8,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/mapping/lap/bundle_map.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 /// A robot that drives round in a ring of tags at known places, and a map of it that is the truth.

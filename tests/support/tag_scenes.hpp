@@ -8,7 +8,7 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/mapping/scene/tag_scene.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 /// Scenes of many tags without a floor: a walk through aisles, a room seen from below its ceiling.

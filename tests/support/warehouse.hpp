@@ -8,7 +8,7 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/mapping/lap/lap_bundle.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 /// A warehouse of any size: aisles driven one after the other, tags on signs along both sides.

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/config/camera_file.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

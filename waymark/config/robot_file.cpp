@@ -14,7 +14,7 @@
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/config/yaml_numbers.hpp"
 #include "waymark/config/yaml_write.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "waymark/samples/estimated_pose.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 

@@ -4,12 +4,13 @@
 #include <limits>
 #include <numeric>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 #include "waymark/base/random.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

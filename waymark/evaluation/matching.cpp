@@ -4,7 +4,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

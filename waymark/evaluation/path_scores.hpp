@@ -6,7 +6,6 @@
 #include <Eigen/Core>
 
 #include "waymark/evaluation/error_statistics.hpp"
-#include "waymark/samples/estimated_pose.hpp"
 #include "waymark/samples/trajectory.hpp"
 
 /// How far a trajectory is from a path that is known without times: a tape on the floor, a route.

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "waymark/base/time.hpp"
-#include "waymark/samples/estimated_pose.hpp"
 #include "waymark/samples/trajectory.hpp"
 
 namespace waymark {

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {

@@ -8,7 +8,7 @@
 
 #include "waymark/base/message_text.hpp"
 #include "waymark/evaluation/csv.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

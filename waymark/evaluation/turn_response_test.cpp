@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

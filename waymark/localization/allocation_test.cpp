@@ -11,7 +11,7 @@
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/smoother.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 // NOLINTBEGIN(bugprone-reserved-identifier, cert-dcl37-c, cert-dcl51-cpp): glibc's own name behind malloc

@@ -1,4 +1,3 @@
-// The numbers that a calibration finds: what they are called, and sensor and options with them put in.
 #include "waymark/localization/innovation_fits.hpp"
 
 #include <algorithm>
@@ -34,6 +33,8 @@ std::vector<bool> keep_given(const Eigen::MatrixXd& covariance, double enough_si
     change[least] = 0;
   }
 }
+
+// The numbers that a calibration finds: what they are called, and sensor and options with them put in.
 
 std::string_view to_string(Calibrated what) {
   constexpr std::array<std::string_view, kCalibrated> kNames = {
@@ -71,10 +72,8 @@ RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNum
   return out;
 }
 
-}  // namespace waymark
-
-/// The inside of calibrate_by_innovations().
-namespace waymark::internal {
+// The inside of calibrate_by_innovations().
+namespace {
 
 constexpr double kCapPerRow = 16;  ///< an outlier counts so much and no more
 constexpr int kStretches = 12;     ///< of a drive; every third is held out
@@ -181,14 +180,6 @@ class InnovationRuns {
   std::function<bool()> keep_going_;
   double most_rows_ = 0;  ///< of all runs
 };
-
-}  // namespace waymark::internal
-
-namespace waymark {
-namespace {
-
-using internal::InnovationRuns;
-using internal::RunCost;
 
 constexpr std::size_t at(Calibrated what) { return static_cast<std::size_t>(what); }
 
@@ -503,7 +494,6 @@ class Likelihood {
 
   /// Twice its negative logarithm, without its constant.
   double operator()(const Exponents& e) {
-    constexpr double kCapPerRow = 16;
     constexpr double kWeightOfMeans = 10;
     stopped = stopped || (keep_going_ && !keep_going_());
     if (stopped) return std::numeric_limits<double>::infinity();

@@ -1,4 +1,3 @@
-// Numbers that a filter takes for right and that are wrong: found from a drive.
 #include "waymark/localization/innovation_fits.hpp"
 
 #include <cstdio>
@@ -10,6 +9,12 @@
 
 namespace waymark {
 namespace {
+
+using test::filtered;
+using test::Mistake;
+using test::mistaken_drive;
+using test::mistaken_sensor;
+using test::MistakenDrive;
 
 TEST(KeptNumbers, WhatIsToldMovesAndWhatIsNotStays) {
   Eigen::VectorXd change = Eigen::Vector3d(0.5, 3, -1);
@@ -39,11 +44,7 @@ TEST(KeptNumbers, OfTwoThatAreOnlyKnownTogetherOneMoves) {
   EXPECT_NEAR(change[1], 3, 1e-3);
 }
 
-using test::filtered;
-using test::Mistake;
-using test::mistaken_drive;
-using test::mistaken_sensor;
-using test::MistakenDrive;
+// Numbers that a filter takes for right and that are wrong: found from a drive.
 
 InnovationFit calibrated(const MistakenDrive& log, const RiekfOptions& options) {
   const auto fit =

@@ -1,4 +1,3 @@
-// Where the robot may be, by what it sees now and nothing else.
 #include "waymark/localization/observation.hpp"
 
 #include <algorithm>
@@ -266,6 +265,7 @@ std::optional<Linearised> linearise(const Observation& observation, const Landma
   return z;
 }
 
+// Where the robot may be, by what it sees now and nothing else.
 namespace {
 
 /// What the corners do not know: the map, the mounting.

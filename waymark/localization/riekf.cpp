@@ -1,4 +1,3 @@
-// What an observation does to the estimate, (8) to (11).
 #include "waymark/localization/riekf.hpp"
 
 #include <algorithm>
@@ -221,6 +220,7 @@ StateMatrix Riekf::covariance_but_for_lasting() const {
   return internal::symmetrized<8>(P);
 }
 
+// What an observation does to the estimate, (8) to (11).
 namespace {
 
 /// S = L L' becomes the inverse of L; false when S is not positive definite.

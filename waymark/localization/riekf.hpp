@@ -9,6 +9,8 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/geometry/se2.hpp"
 
+/// The filter itself: propagation and update. When and with what is its caller's. Numbers in brackets are the
+/// equations of docs/concepts/localization.md.
 namespace waymark {
 
 /// How far the motion that is measured may be from the true one. All densities: they are multiplied by the
@@ -208,12 +210,6 @@ struct RiekfOptions {
                 10});
   }
 };
-
-}  // namespace waymark
-
-/// The filter itself: propagation and update. When and with what is its caller's. Numbers in brackets are the
-/// equations of docs/concepts/localization.md.
-namespace waymark {
 
 using SlowVector = Eigen::Matrix<double, 5, 1>;
 using StateVector = Eigen::Matrix<double, 8, 1>;

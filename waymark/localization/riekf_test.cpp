@@ -1,5 +1,4 @@
 // The laws of the filter: derivatives, invariance, order, agreement with a textbook filter.
-// The laws of propagation: of time, of messages that are divided, of what is wrong and stays so.
 #include "waymark/localization/riekf.hpp"
 
 #include <cmath>
@@ -15,7 +14,7 @@
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/localization/observation.hpp"
 #include "waymark/localization/timeline.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
@@ -214,6 +213,8 @@ TEST(Riekf, BothFiltersAgreeWhereErrorsAreSmall) {
   EXPECT_LT((filters[0].covariance() - filters[1].covariance()).norm(),
             0.02 * filters[0].covariance().norm());
 }
+
+// The laws of propagation: of time, of messages that are divided, of what is wrong and stays so.
 
 MotionNoise noiseless() {
   return {.along_m_sqrt_m = 0,

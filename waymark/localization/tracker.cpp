@@ -1,4 +1,3 @@
-// Lost, uncertain, certain: what a look makes of it.
 #include "waymark/localization/tracker.hpp"
 
 #include <algorithm>
@@ -517,6 +516,8 @@ std::optional<LocalizationEstimate> Tracker::estimate() const {
   estimate.contradicting_frames = state_.contradicting_frames;
   return estimate;
 }
+
+// Lost, uncertain, certain: what a look makes of it.
 
 void Tracker::restart_from(const GivenPose& given) {
   restarts_ += state_.starts > 0 ? 1 : 0;

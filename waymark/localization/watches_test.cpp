@@ -1,6 +1,3 @@
-// Drives past landmarks whose errors last and whose moments share errors of the motion: are numbers off by
-// as much as is said?
-// Numbers that a filter takes for right and that are wrong: named, their size told, the covariance inflated.
 #include "waymark/localization/watches.hpp"
 
 #include <array>
@@ -20,7 +17,16 @@
 namespace waymark {
 namespace {
 
+using test::filtered;
+using test::FilterOutcome;
+using test::laser_filter;
 using test::laser_points;
+using test::LaserRobot;
+using test::Mistake;
+using test::mistaken_drive;
+using test::MistakenDrive;
+using test::says;
+using test::wrong_mounting;
 
 /// Two tags of one number, each seen as often as the other: none contradicts most of the time.
 TEST(TagWatch, NamesANumberThatHangsInTwoPlaces) {
@@ -104,6 +110,9 @@ TEST(SuddenHalt, TagsDecide) {
   EXPECT_EQ(moves.advance(step_at(0.3)).extra_m2, 0) << "the encoders go on";
 }
 
+// Drives past landmarks whose errors last and whose moments share errors of the motion: are numbers off by
+// as much as is said?
+
 using Rows = Eigen::Matrix<double, 8, 1>;
 
 constexpr int kLandmarks = 24;
@@ -178,15 +187,7 @@ TEST(ScoreClusters, SayNothingOfFewGroups) {
   EXPECT_GT(clusters.variances(information, SystematicVector::Zero()).minCoeff(), 0);
 }
 
-using test::filtered;
-using test::FilterOutcome;
-using test::laser_filter;
-using test::LaserRobot;
-using test::Mistake;
-using test::mistaken_drive;
-using test::MistakenDrive;
-using test::says;
-using test::wrong_mounting;
+// Numbers that a filter takes for right and that are wrong: named, their size told, the covariance inflated.
 
 TEST(SystematicErrors, AreNotSeenWhereThereAreNone) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {

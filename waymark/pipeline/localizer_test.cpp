@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {

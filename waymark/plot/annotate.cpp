@@ -1,16 +1,15 @@
 #include "waymark/plot/annotate.hpp"
 
-#include <cairo.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <memory>
 #include <string>
 
+#include <cairo.h>
 #include <fmt/format.h>
 
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark::plot {
 namespace {

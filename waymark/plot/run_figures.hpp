@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "waymark/plot/figure.hpp"
-#include "waymark/samples/estimated_pose.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 

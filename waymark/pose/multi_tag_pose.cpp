@@ -1,18 +1,420 @@
 #include "waymark/pose/multi_tag_pose.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
 
-#include "waymark/pose/consensus.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/geometry/se3.hpp"
+#include "waymark/pose/pose_refinement.hpp"
 #include "waymark/pose/square_pose.hpp"
-#include "waymark/pose/starting_poses.hpp"
+#include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark::internal {
+namespace {
+
+/// A detection of a mapped tag, ready for the search.
+struct Candidate {
+  std::size_t detection = 0;
+  const TagDetection* seen = nullptr;
+  const MappedTag* mapped = nullptr;
+  Corners3 map_corners{};
+  Whitening whitening{};           ///< of the corners; with the map's covariance once linearised
+  std::array<SE3, 2> cam_T_map{};  ///< both poses of the tag, unrefined
+  double area_px2 = 0;
+};
+
+/// A tag under a pose.
+struct TagFit {
+  bool visible = false;
+  NormalEquations normal{};
+  double worst_corner_chi2 = 0;
+};
+
+/// A pose and the tags that agree with it.
+struct Consensus {
+  SE3 cam_T_map{};
+  Matrix6 covariance{};         ///< of cam_T_map, in the camera frame's left tangent
+  double chi2 = 0;              ///< of the members
+  std::vector<char> members{};  ///< by candidate
+  std::vector<TagFit> fits{};   ///< of all candidates
+  std::size_t count = 0;
+};
+
+/// Grows a consensus from one pose of one tag. Keeps its memory between searches.
+class Growth {
+ public:
+  Growth(const CameraModel& camera, std::vector<Candidate>& candidates, const MultiTagOptions& options)
+      : camera_(camera),
+        candidates_(candidates),
+        options_(options),
+        fits_(candidates.size()),
+        tags_(candidates.size()) {
+    for (const Candidate& c : candidates)
+      map_is_uncertain_ = map_is_uncertain_ || c.mapped->covariance.has_value();
+  }
+
+  /// The consensus that grows from one pose of one tag; nothing when not even that tag fits. Tags may send
+  /// each other away, the seed too.
+  std::optional<Consensus> from(std::size_t seed, const SE3& start) { return search(seed, start, true); }
+  /// The same of the seed alone.
+  std::optional<Consensus> alone(std::size_t seed, const SE3& start) { return search(seed, start, false); }
+
+ private:
+  struct Tag {
+    bool is_member = false;
+    int expulsions = 0;
+    bool tried = false;      ///< together with the present members, in vain
+    double unexplained = 1;  ///< part of its chi2 that one Gauss-Newton step together with the members leaves
+  };
+  struct Solved {
+    NormalEquations sum;
+    Vector6 xi;
+  };
+
+  [[nodiscard]] Eigen::Vector3d pivot_of(const SE3& cam_T_map) const { return cam_T_map * map_pivot_; }
+  [[nodiscard]] bool may_join(std::size_t i) const;
+  void set_member(std::size_t i, bool is_member);
+  void evaluate(const Candidate& candidate, const SE3& cam_T_map, TagFit& fit) const;
+  [[nodiscard]] bool evaluate_members(const SE3& cam_T_map);
+  void evaluate_others(const SE3& cam_T_map);
+  [[nodiscard]] std::optional<SE3> refine_alone(std::size_t seed, const SE3& start) const;
+  [[nodiscard]] std::optional<Solved> solve() const;
+  bool settle(SE3& cam_T_map, bool others_may_join);
+  bool let_join(const Solved& members);
+  bool try_to_join(SE3& cam_T_map);
+  bool try_one(std::size_t i, SE3& cam_T_map);
+  [[nodiscard]] double excess(std::size_t i) const;
+  bool expel_worst();
+  bool linearise_map_again(const SE3& cam_T_map);
+  void linearise_map(const SE3& cam_T_map);
+  [[nodiscard]] std::optional<Consensus> finish(const SE3& cam_T_map) const;
+  std::optional<Consensus> search(std::size_t seed, const SE3& start, bool others_may_join);
+
+  const CameraModel& camera_;
+  std::vector<Candidate>& candidates_;
+  const MultiTagOptions& options_;
+  std::vector<TagFit> fits_;
+  std::vector<Tag> tags_;
+  Eigen::Vector3d map_pivot_ = Eigen::Vector3d::Zero();
+  bool map_is_uncertain_ = false;
+  SE3 linearised_at_{};
+  int linearisations_ = 0;
+};
+
+/// A tag that does not fit to first order is tried in earnest if a first-order step explains all but this
+/// part of its chi2.
+constexpr double kUnexplained = 0.25;
+
+/// How often a tag may be sent away and come back when the others have changed.
+constexpr int kMostExpulsions = 2;
+
+/// The map's uncertainty is linearised again when the pose has moved by this many standard deviations, this
+/// often at most.
+constexpr double kMovedSigmas = 0.1;
+
+constexpr int kMostLinearisations = 4;
+
+bool Growth::may_join(std::size_t i) const {
+  return !tags_[i].is_member && fits_[i].visible && tags_[i].expulsions < kMostExpulsions;
+}
+
+void Growth::set_member(std::size_t i, bool is_member) {
+  tags_[i].is_member = is_member;
+  for (Tag& tag : tags_) tag.tried = false;
+}
+
+void Growth::evaluate(const Candidate& candidate, const SE3& cam_T_map, TagFit& fit) const {
+  const Eigen::Matrix3d R = cam_T_map.rotation().matrix();
+  Corners3 cam_corners;
+  for (std::size_t i = 0; i < 4; ++i) cam_corners[i] = R * candidate.map_corners[i] + cam_T_map.translation();
+  Vector8 e;
+  Matrix86 J;
+  fit.normal = NormalEquations();
+  fit.visible = corner_residuals(camera_, cam_corners, pivot_of(cam_T_map), candidate.seen->corners_px, e, J);
+  if (!fit.visible) return;
+  fit.worst_corner_chi2 = candidate.whitening.worst_corner_chi2(e);
+  candidate.whitening.apply(e, J);
+  fit.normal.add(e, J);
+}
+
+/// False when a member cannot be seen from there.
+bool Growth::evaluate_members(const SE3& cam_T_map) {
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    if (!tags_[i].is_member) continue;
+    evaluate(candidates_[i], cam_T_map, fits_[i]);
+    if (!fits_[i].visible) return false;
+  }
+  return true;
+}
+
+void Growth::evaluate_others(const SE3& cam_T_map) {
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    if (!tags_[i].is_member) evaluate(candidates_[i], cam_T_map, fits_[i]);
+  }
+}
+
+std::optional<SE3> Growth::refine_alone(std::size_t seed, const SE3& start) const {
+  const auto add_seed = [&](const SE3& cam_T_map, const Eigen::Vector3d&, NormalEquations& normal) {
+    TagFit fit;
+    evaluate(candidates_[seed], cam_T_map, fit);
+    normal = fit.normal;
+    return fit.visible;
+  };
+  const auto pivot = [this](const SE3& cam_T_map) { return pivot_of(cam_T_map); };
+  const auto refined = refine(start, options_.max_iterations, pivot, add_seed);
+  if (!refined || !(refined->normal.chi2 <= options_.tag_gate_chi2)) return std::nullopt;
+  return refined->cam_T_ref;
+}
+
+/// The Gauss-Newton step of the members.
+std::optional<Growth::Solved> Growth::solve() const {
+  Solved solved;
+  for (std::size_t i = 0; i < tags_.size(); ++i) {
+    if (tags_[i].is_member) solved.sum.add(fits_[i].normal);
+  }
+  const std::optional<Cholesky6> cholesky = Cholesky6::of(solved.sum.H);
+  if (!cholesky) return std::nullopt;
+  solved.xi = -cholesky->solve(solved.sum.g);
+  return solved;
+}
+
+/// Takes the members to their minimum; on the way others may join. False when they have none that can be
+/// seen.
+bool Growth::settle(SE3& cam_T_map, bool others_may_join) {
+  for (int step = 0; step < options_.max_iterations; ++step) {
+    if (!evaluate_members(cam_T_map)) return false;
+    std::optional<Solved> solved = solve();
+    if (!solved) return false;
+    if (others_may_join) {
+      evaluate_others(cam_T_map);
+      if (let_join(*solved)) solved = solve();
+      if (!solved) return false;
+    }
+    const double gain = -solved->xi.dot(solved->sum.g);
+    cam_T_map = perturbed(solved->xi, cam_T_map, pivot_of(cam_T_map));
+    if (gain <= kGainTolerance * (1e-3 + solved->sum.chi2)) return true;
+  }
+  return false;
+}
+
+/// Takes in every tag whose joining raises the total chi2, to first order, by no more than the gate: equation
+/// (22).
+bool Growth::let_join(const Solved& members) {
+  bool joined = false;
+  for (std::size_t i = 0; i < tags_.size(); ++i) {
+    if (!may_join(i)) continue;
+    const NormalEquations& tag = fits_[i].normal;
+    const std::optional<Cholesky6> both = Cholesky6::of(members.sum.H + tag.H);
+    if (!both) continue;
+    const Vector6 g = members.sum.g + tag.g;
+    const double rise = tag.chi2 - members.sum.g.dot(members.xi) - g.dot(both->solve(g));
+    tags_[i].unexplained = rise / tag.chi2;
+    if (rise <= options_.tag_gate_chi2) {
+      set_member(i, true);
+      joined = true;
+    }
+  }
+  return joined;
+}
+
+/// Where a first-order prediction is not enough, because the members leave the pose uncertain: fits the
+/// members with one more tag, the most promising first, until one fits with all of them.
+bool Growth::try_to_join(SE3& cam_T_map) {
+  while (true) {
+    std::size_t best = tags_.size();
+    double least = kUnexplained;
+    for (std::size_t i = 0; i < tags_.size(); ++i) {
+      if (!may_join(i) || tags_[i].tried || !(tags_[i].unexplained < least)) continue;
+      best = i;
+      least = tags_[i].unexplained;
+    }
+    if (best == tags_.size()) return false;
+    if (try_one(best, cam_T_map)) return true;
+  }
+}
+
+bool Growth::try_one(std::size_t i, SE3& cam_T_map) {
+  SE3 trial = cam_T_map;
+  tags_[i].is_member = true;
+  bool fits = settle(trial, false);
+  for (std::size_t k = 0; k < tags_.size() && fits; ++k) fits = !tags_[k].is_member || excess(k) <= 1;
+  if (fits) {
+    set_member(i, true);
+    cam_T_map = trial;
+    return true;
+  }
+  tags_[i].is_member = false;
+  tags_[i].tried = true;
+  // The members' equations are those of the trial.
+  [[maybe_unused]] const bool visible = evaluate_members(cam_T_map);
+  assert(visible);
+  return false;
+}
+
+/// How far beyond its gates a tag is: more than 1 is outside.
+double Growth::excess(std::size_t i) const {
+  return std::max(fits_[i].normal.chi2 / options_.tag_gate_chi2,
+                  fits_[i].worst_corner_chi2 / options_.corner_gate_chi2);
+}
+
+/// Sends away the member farthest beyond its gates; false when all are within.
+bool Growth::expel_worst() {
+  std::size_t worst = tags_.size();
+  double worst_excess = 1.0;
+  for (std::size_t i = 0; i < tags_.size(); ++i) {
+    if (!tags_[i].is_member || !(excess(i) > worst_excess)) continue;
+    worst = i;
+    worst_excess = excess(i);
+  }
+  if (worst == tags_.size()) return false;
+  set_member(worst, false);
+  ++tags_[worst].expulsions;
+  return true;
+}
+
+/// Adds what the uncertainty of a mapped tag does to its corners, equation (21), seen from this pose.
+void Growth::linearise_map(const SE3& cam_T_map) {
+  if (!map_is_uncertain_) return;
+  ++linearisations_;
+  linearised_at_ = cam_T_map;
+  const Eigen::Matrix3d R = cam_T_map.rotation().matrix();
+  for (Candidate& candidate : candidates_) {
+    if (!candidate.mapped->covariance) continue;
+    Matrix86 J_px_tag;
+    bool visible = true;
+    for (std::size_t i = 0; i < 4 && visible; ++i) {
+      Matrix23 J_px_p;
+      visible = camera_.project(cam_T_map * candidate.map_corners[i], &J_px_p).has_value();
+      const Matrix23 J_px_map = J_px_p * R;
+      J_px_tag.middleRows<2>(static_cast<Eigen::Index>(2 * i)) << J_px_map,
+          -J_px_map * SO3::hat(candidate.map_corners[i]);
+    }
+    if (!visible) continue;
+    const CornerCovariance corners = candidate.seen->corner_covariance_px2.value_or(
+        CornerCovariance::Identity() * options_.corner_sigma_px * options_.corner_sigma_px);
+    const auto whitening =
+        Whitening::of(corners + J_px_tag * *candidate.mapped->covariance * J_px_tag.transpose());
+    if (whitening) candidate.whitening = *whitening;
+  }
+}
+
+std::optional<Consensus> Growth::finish(const SE3& cam_T_map) const {
+  Consensus consensus{.cam_T_map = cam_T_map, .members = std::vector<char>(tags_.size(), 0), .fits = fits_};
+  NormalEquations sum;
+  for (std::size_t i = 0; i < tags_.size(); ++i) {
+    if (!tags_[i].is_member) continue;
+    sum.add(fits_[i].normal);
+    consensus.members[i] = 1;
+    ++consensus.count;
+  }
+  const std::optional<Cholesky6> information = Cholesky6::of(sum.H);
+  if (consensus.count == 0 || !information) return std::nullopt;
+  const Matrix6 Ad = shift_adjoint(pivot_of(cam_T_map));
+  consensus.covariance = Ad * information->inverse() * Ad.transpose();
+  consensus.chi2 = sum.chi2;
+  return consensus;
+}
+
+/// Linearises the map's uncertainty here if the pose has moved noticeably since last time.
+bool Growth::linearise_map_again(const SE3& cam_T_map) {
+  if (!map_is_uncertain_ || linearisations_ >= kMostLinearisations) return false;
+  const std::optional<Solved> solved = solve();
+  Vector6 moved;
+  moved << pivot_of(cam_T_map) - pivot_of(linearised_at_),
+      (cam_T_map.rotation() * linearised_at_.rotation().inverse()).log();
+  if (!solved || moved.dot(solved->sum.H * moved) < kMovedSigmas * kMovedSigmas) return false;
+  linearise_map(cam_T_map);
+  return true;
+}
+
+std::optional<Consensus> Growth::search(std::size_t seed, const SE3& start, bool others_may_join) {
+  map_pivot_ = candidates_[seed].mapped->map_T_tag.translation();
+  linearisations_ = 0;
+  linearise_map(start);
+  const std::optional<SE3> seed_only = refine_alone(seed, start);
+  if (!seed_only) return std::nullopt;
+  SE3 cam_T_map = *seed_only;
+  tags_.assign(tags_.size(), Tag());
+  tags_[seed].is_member = true;
+  // Each tag joins and leaves a bounded number of times; the bound on rounds only guards against a mistake in
+  // that.
+  for (std::size_t rounds = 0; rounds < 10 + 4 * tags_.size(); ++rounds) {
+    if (!settle(cam_T_map, others_may_join)) return std::nullopt;
+    if (expel_worst()) continue;
+    if (others_may_join && try_to_join(cam_T_map)) continue;
+    if (linearise_map_again(cam_T_map)) continue;
+    evaluate_others(cam_T_map);
+    return finish(cam_T_map);
+  }
+  return std::nullopt;
+}
+
+/// Poses of the same tags nearer than this many standard deviations are one: the covariance of each covers
+/// the other.
+constexpr double kSamePoseSigmas = 1.0;
+
+/// Distance of b from a in standard deviations of a.
+double sigmas_apart(const Consensus& a, const Consensus& b) {
+  const Vector6 xi = (b.cam_T_map * a.cam_T_map.inverse()).log();
+  const std::optional<Cholesky6> cholesky = Cholesky6::of(a.covariance);
+  return cholesky ? std::sqrt(xi.dot(cholesky->solve(xi))) : 0;
+}
+
+bool is_better(const Consensus& a, const Consensus& b) {
+  return a.count != b.count ? a.count > b.count : a.chi2 < b.chi2;
+}
+
+void keep_if_new(std::vector<Consensus>& found, std::optional<Consensus> consensus) {
+  if (!consensus) return;
+  for (Consensus& known : found) {
+    if (known.members == consensus->members && sigmas_apart(known, *consensus) < kSamePoseSigmas) {
+      if (is_better(*consensus, known)) known = std::move(*consensus);
+      return;
+    }
+  }
+  found.push_back(std::move(*consensus));
+}
+
+/// All consensuses worth reporting: best first, then those that explain as many tags with a chi2 larger by
+/// less than options.ambiguity_chi2. Candidates must be in descending order of area.
+std::vector<Consensus> find_consensus(const CameraModel& camera, std::vector<Candidate>& candidates,
+                                      const MultiTagOptions& options) {
+  Growth growth(camera, candidates, options);
+  std::vector<Consensus> found;
+  for (std::size_t seed = 0; seed < candidates.size(); ++seed) {
+    // A larger consensus holds a tag that the best one lacks, so only those need to propose.
+    const auto best = std::min_element(found.begin(), found.end(), is_better);
+    if (best != found.end() && best->members[seed] != 0) continue;
+    for (const SE3& start : candidates[seed].cam_T_map) {
+      std::optional<Consensus> grown = growth.from(seed, start);
+      if (!grown || grown->members[seed] == 0) keep_if_new(found, growth.alone(seed, start));
+      keep_if_new(found, std::move(grown));
+    }
+  }
+  std::sort(found.begin(), found.end(), is_better);
+  if (found.empty()) return found;
+  // Poses of the same tags compare by likelihood; of different tags by their number alone: chi2 is of
+  // different data.
+  const Consensus best = found.front();
+  std::erase_if(found, [&](const Consensus& c) {
+    return c.count < best.count || (c.members == best.members && c.chi2 > best.chi2 + options.ambiguity_chi2);
+  });
+  return found;
+}
+
+}  // namespace
+}  // namespace waymark::internal
 
 namespace waymark {
 namespace {

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "waymark/pose/reprojection.hpp"
+#include "waymark/pose/pose_refinement.hpp"
 #include "waymark/pose/square_pose.hpp"
-#include "waymark/pose/starting_poses.hpp"
 
 namespace waymark {
 namespace {

@@ -1,17 +1,28 @@
+// What one tag's pose does with corners it cannot use.
+// Monte Carlo: is the estimate as good as the corners allow, and does its covariance say how good it is?
+// OpenCV's IPPE_SQUARE, by the authors of the method, beside ours.
 #include "waymark/pose/tag_pose.hpp"
 
 #include <cmath>
+#include <cstdlib>
+#include <iostream>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <opencv2/calib3d.hpp>
 
 #include "tests/support/geometry_matchers.hpp"
 #include "tests/support/numeric_jacobian.hpp"
 #include "tests/support/tag_views.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/pose/square_pose.hpp"
 
 namespace waymark {
 namespace {
@@ -220,6 +231,270 @@ TEST(StandardDeviations, AreThoseOfThePosition) {
   const PoseDeviations d = standard_deviations(SE3(SO3::exp({0.3, 1, 2}), {0, 0, 5.0}), covariance);
   EXPECT_THAT(d.position_m, MatrixNear(Eigen::Vector3d(0, 0.05, 0), 1e-12));
   EXPECT_THAT(d.rotation_rad, MatrixNear(Eigen::Vector3d(0.01, 0, 0), 1e-12));
+}
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+TEST(TagPose, SaysWhatIsWrong) {
+  const CameraModel camera = testing::distorting_camera();
+  const TagDetection good = see_tag(camera, SE3(SO3::exp({0.5, 0, 0}), {0, 0, 1.0}), kTagSize, 7).value();
+  ASSERT_TRUE(estimate_tag_pose(good, kTagSize, camera));
+  struct Case {
+    TagDetection seen;
+    double size_m;
+    const char* words;
+  };
+  std::vector<Case> cases;
+  for (const double size : {0.0, -1.0, kNan, kInf}) cases.push_back({good, size, "not the size of a tag"});
+  const auto with_corners = [&](auto&& change) {
+    TagDetection seen = good;
+    change(seen.corners_px);
+    return seen;
+  };
+  cases.push_back(
+      {with_corners([](auto& c) { c[1].x() = kNan; }), 1, "corner TR is not at a finite position"});
+  cases.push_back(
+      {with_corners([](auto& c) { c[3].y() = -kInf; }), 1, "corner BL is not at a finite position"});
+  cases.push_back({with_corners([](auto& c) {
+                     c[2] = {1e6, 2e6};
+                   }),
+                   1, "corner BR at (1000000.0, 2000000.0) px"});
+  cases.push_back({with_corners([](auto& c) { c[2] = c[1]; }), 1, "in one place"});
+  cases.push_back({with_corners([](auto& c) { c.fill({320, 240}); }), 1, "in one place"});
+  cases.push_back({with_corners([](auto& c) { std::swap(c[0], c[1]); }), 1, "order TL, TR, BR, BL"});
+  cases.push_back({with_corners([](auto& c) { std::swap(c[1], c[3]); }), 1, "against the clock"});
+  TagDetection no_covariance = good;
+  no_covariance.corner_covariance_px2 = -CornerCovariance::Identity();
+  cases.push_back({no_covariance, 1, "positive definite"});
+  for (const Case& c : cases) {
+    const auto pose = estimate_tag_pose(c.seen, c.size_m, camera);
+    ASSERT_FALSE(pose) << c.words;
+    EXPECT_THAT(to_string(pose.error()), HasSubstr(c.words));
+    EXPECT_THAT(to_string(pose.error()), HasSubstr("tag36h11:7")) << "the error names the tag";
+    EXPECT_FALSE(pose.error().hint.empty());
+  }
+  EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.corner_sigma_px = 0}));
+  EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.corner_sigma_px = kNan}));
+  EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.max_iterations = 0}));
+  // Three corners on a line, without a lens that bends it.
+  TagDetection line = good;
+  line.corners_px = {{{100, 100}, {200, 100}, {300, 100}, {100, 200}}};
+  EXPECT_THAT(to_string(estimate_tag_pose(line, 1, testing::plain_camera()).error()), HasSubstr("one line"));
+}
+
+TEST(TagPose, GarbageGivesAnErrorOrFiniteNumbers) {
+  Random random(9);
+  const double odd[] = {0, kNan, kInf, -kInf, 1e300, -1e-300, 320, 240, 1e9};
+  int poses = 0;
+  for (const CameraModel& camera :
+       {testing::plain_camera(), testing::distorting_camera(), testing::fisheye_camera()}) {
+    for (int trial = 0; trial < 5000; ++trial) {
+      TagDetection seen;
+      const double scale = std::pow(10, random.uniform(-6, 4));
+      for (auto& corner : seen.corners_px) {
+        corner = Eigen::Vector2d(320, 240) + scale * Eigen::Vector2d(random.normal(), random.normal());
+        if (random.index(20) == 0)
+          corner[static_cast<int>(random.index(2))] = odd[random.index(std::size(odd))];
+      }
+      if (random.index(4) == 0)
+        seen.corner_covariance_px2 = some_covariance(random) * std::pow(10, random.uniform(-20, 20));
+      const auto pose = estimate_tag_pose(seen, std::pow(10, random.uniform(-6, 6)), camera);
+      if (!pose) continue;
+      ++poses;
+      for (const TagPoseSolution* s : {&pose->best, pose->other ? &*pose->other : &pose->best}) {
+        EXPECT_TRUE(s->cam_T_tag.matrix().allFinite());
+        EXPECT_TRUE(s->covariance.allFinite());
+        EXPECT_TRUE(std::isfinite(s->chi2) && std::isfinite(s->rms_px));
+      }
+      EXPECT_TRUE(std::isfinite(pose->ambiguity_ratio()) && std::isfinite(pose->likelihood_ratio()));
+    }
+  }
+  EXPECT_GT(poses, 100);
+}
+
+using testing::ViewRange;
+
+/// How many times as long the Monte Carlo runs are with ./test.sh --full.
+int effort() { return std::getenv("WAYMARK_FULL") == nullptr ? 1 : 5; }
+
+struct Statistics {
+  int count = 0;
+  double squared_position = 0, squared_rotation = 0;  ///< of the error
+  double bound_position = 0, bound_rotation = 0;  ///< Cramér-Rao: smallest possible expectation of the same
+  double nees = 0;
+
+  [[nodiscard]] double position_ratio() const { return std::sqrt(squared_position / bound_position); }
+  [[nodiscard]] double rotation_ratio() const { return std::sqrt(squared_rotation / bound_rotation); }
+  [[nodiscard]] double mean_nees() const { return nees / count; }
+  /// Half width of the interval that holds the mean of `count` draws of a chi-square of 6 degrees with
+  /// probability 0.95.
+  [[nodiscard]] double nees_margin() const { return 1.96 * std::sqrt(12.0 / count); }
+};
+
+/// The solution whose rotation is nearest to the truth: the branch is not what is tested here.
+const TagPoseSolution& nearest(const TagPose& pose, const SE3& truth) {
+  const auto angle = [&](const TagPoseSolution& s) {
+    return (s.cam_T_tag.rotation().inverse() * truth.rotation()).angle();
+  };
+  return pose.other && angle(*pose.other) < angle(pose.best) ? *pose.other : pose.best;
+}
+
+Statistics run(const CameraModel& camera, const ViewRange& range, double sigma_px, int count,
+               std::uint64_t seed, const std::optional<CornerCovariance>& covariance = {}) {
+  Random random(seed);
+  Statistics sum;
+  while (sum.count < count) {
+    const SE3 truth = testing::random_view(random, range);
+    TagDetection clean = see_tag(camera, truth).value();
+    clean.corner_covariance_px2 = covariance;
+    TagDetection seen = clean;
+    if (covariance) {
+      Eigen::Matrix<double, 8, 1> white;
+      for (double& w : white.reshaped()) w = random.normal();
+      const Eigen::Matrix<double, 8, 1> noise = Eigen::LLT<CornerCovariance>(*covariance).matrixL() * white;
+      for (std::size_t i = 0; i < 4; ++i)
+        seen.corners_px.at(i) += noise.segment<2>(static_cast<Eigen::Index>(2 * i));
+    } else {
+      seen = with_noise(seen, sigma_px, random);
+    }
+    const TagPoseOptions options{.corner_sigma_px = sigma_px};
+    const auto pose = estimate_tag_pose(seen, kTagSize, camera, options);
+    // Without noise the covariance is the bound (its being the inverse Fisher information is tested on its
+    // own).
+    const auto bound = estimate_tag_pose(clean, kTagSize, camera, options);
+    EXPECT_TRUE(pose && bound);
+    if (!pose || !bound) break;
+    const TagPoseSolution& found = nearest(*pose, truth);
+    const SE3::Tangent error = minus(truth, found.cam_T_tag);
+    sum.nees += error.dot(Eigen::LLT<PoseCovariance>(found.covariance).solve(error));
+    sum.squared_position += (truth.translation() - found.cam_T_tag.translation()).squaredNorm();
+    sum.squared_rotation += error.tail<3>().squaredNorm();
+    const auto deviations = standard_deviations(truth, bound->best.covariance);
+    sum.bound_position += deviations.position_m.squaredNorm();
+    sum.bound_rotation += deviations.rotation_rad.squaredNorm();
+    ++sum.count;
+  }
+  return sum;
+}
+
+void expect_efficient_and_consistent(const char* what, const Statistics& s) {
+  std::cout << what << ": RMSE / bound position " << s.position_ratio() << ", rotation " << s.rotation_ratio()
+            << ", NEES " << s.mean_nees() << " (6 +- " << s.nees_margin() << ") of " << s.count << "\n";
+  EXPECT_LT(s.position_ratio(), 1.1) << what;
+  EXPECT_LT(s.rotation_ratio(), 1.1) << what;
+  // Better than the bound can only be a mistake in the bound.
+  EXPECT_GT(s.position_ratio(), 0.9) << what;
+  EXPECT_GT(s.rotation_ratio(), 0.9) << what;
+  EXPECT_NEAR(s.mean_nees(), 6.0, s.nees_margin()) << what;
+}
+
+constexpr ViewRange kOrdinary{.min_size_px = 40, .max_size_px = 200, .min_tilt_deg = 20, .max_tilt_deg = 70};
+
+TEST(TagPoseStatistics, ReachesTheBoundAndKnowsIt) {
+  expect_efficient_and_consistent("plain",
+                                  run(testing::plain_camera(), kOrdinary, 0.1, 20000 * effort(), 11));
+}
+
+TEST(TagPoseStatistics, ThroughADistortingLens) {
+  expect_efficient_and_consistent("distorted",
+                                  run(testing::distorting_camera(), kOrdinary, 0.1, 10000 * effort(), 12));
+}
+
+TEST(TagPoseStatistics, ThroughAFisheye) {
+  expect_efficient_and_consistent("fisheye",
+                                  run(testing::fisheye_camera(), kOrdinary, 0.1, 10000 * effort(), 13));
+}
+
+TEST(TagPoseStatistics, WithCorrelatedCorners) {
+  Random random(14);
+  CornerCovariance A;
+  for (double& entry : A.reshaped()) entry = 0.04 * random.normal();
+  const CornerCovariance covariance = A * A.transpose() + 0.001 * CornerCovariance::Identity();
+  expect_efficient_and_consistent(
+      "correlated", run(testing::plain_camera(), kOrdinary, 0.1, 10000 * effort(), 15, covariance));
+}
+
+// Small tags seen almost from the front are the hard case: there the covariance, first order as it is, says
+// too little. Measured, not wished: docs/concepts/pose.md has the table. These bounds only notice when it
+// changes.
+TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
+  const ViewRange small{.min_size_px = 20, .max_size_px = 20, .min_tilt_deg = 0, .max_tilt_deg = 10};
+  const Statistics s = run(testing::plain_camera(), small, 0.1, 5000 * effort(), 16);
+  std::cout << "20 px, 0 to 10 deg: RMSE / bound position " << s.position_ratio() << ", rotation "
+            << s.rotation_ratio() << ", NEES " << s.mean_nees() << "\n";
+  EXPECT_LT(s.position_ratio(), 1.1);
+  EXPECT_GT(s.mean_nees(), 6.5);
+}
+
+/// OpenCV wants the corners with y up and z towards the reader: our tag frame turned by pi about x.
+const SO3 kTurned = SO3::exp({3.14159265358979323846, 0, 0});
+
+std::vector<SE3> opencv_poses(const PinholeRadtan& lens, const TagDetection& seen) {
+  const float h = static_cast<float>(kTagSize / 2);
+  const std::vector<cv::Point3f> corners = {{-h, h, 0}, {h, h, 0}, {h, -h, 0}, {-h, -h, 0}};
+  std::vector<cv::Point2d> px;
+  for (const auto& p : seen.corners_px) px.emplace_back(p.x() - 0.5, p.y() - 0.5);
+  const cv::Matx33d K(lens.fx, 0, lens.cx - 0.5, 0, lens.fy, lens.cy - 0.5, 0, 0, 1);
+  const std::vector<double> k(lens.k.begin(), lens.k.begin() + lens.coefficients);
+  std::vector<cv::Vec3d> r, t;
+  cv::solvePnPGeneric(corners, px, K, k, r, t, false, cv::SOLVEPNP_IPPE_SQUARE);
+  std::vector<SE3> poses;
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    poses.emplace_back(SO3::exp({r[i][0], r[i][1], r[i][2]}) * kTurned,
+                       Eigen::Vector3d(t[i][0], t[i][1], t[i][2]));
+  }
+  return poses;
+}
+
+double rms_px(const CameraModel& camera, const TagDetection& seen, const SE3& cam_T_tag) {
+  double squared = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto px = camera.project(cam_T_tag * testing::tag_corners().at(i));
+    if (!px) return 1e9;
+    squared += (*px - seen.corners_px.at(i)).squaredNorm();
+  }
+  return std::sqrt(squared / 4);
+}
+
+double angle_to_nearest(const SE3& pose, const SE3& a, const SE3& b) {
+  return std::min((pose.rotation().inverse() * a.rotation()).angle(),
+                  (pose.rotation().inverse() * b.rotation()).angle());
+}
+
+// The closed form is the same: both rotations agree, for noisy corners too.
+TEST(SquarePoseOracle, BothRotationsAreThoseOfOpenCv) {
+  Random random(1);
+  const CameraModel camera = testing::plain_camera();
+  const auto lens = std::get<PinholeRadtan>(camera.projection());
+  for (int trial = 0; trial < 300; ++trial) {
+    const SE3 truth = testing::random_view(random, {.min_tilt_deg = 15});
+    const TagDetection seen = with_noise(see_tag(camera, truth).value(), 0.2, random);
+    std::array<Eigen::Vector3d, 4> bearings;
+    for (std::size_t i = 0; i < 4; ++i) bearings[i] = camera.unproject(seen.corners_px[i]).value();
+    const SquarePoses ours = square_poses(bearings, kTagSize);
+    for (const SE3& theirs : opencv_poses(lens, seen)) {
+      EXPECT_LT(angle_to_nearest(theirs, ours.cam_T_tag[0], ours.cam_T_tag[1]), 1e-5);
+    }
+  }
+}
+
+TEST(TagPoseOracle, NeverFitsWorseThanOpenCv) {
+  Random random(2);
+  int better = 0;
+  for (const CameraModel& camera : {testing::plain_camera(), testing::distorting_camera()}) {
+    const auto lens = std::get<PinholeRadtan>(camera.projection());
+    for (int trial = 0; trial < 300; ++trial) {
+      const SE3 truth = testing::random_view(random, {.min_size_px = 20});
+      const TagDetection seen = with_noise(see_tag(camera, truth).value(), 0.3, random);
+      const auto ours = estimate_tag_pose(seen, kTagSize, camera);
+      ASSERT_TRUE(ours) << to_string(ours.error());
+      const double theirs = rms_px(camera, seen, opencv_poses(lens, seen).at(0));
+      EXPECT_LE(ours->best.rms_px, theirs * (1 + 1e-5));
+      better += ours->best.rms_px < 0.99 * theirs ? 1 : 0;
+    }
+  }
+  EXPECT_GT(better, 100) << "refinement is worth its time";
 }
 
 }  // namespace

@@ -20,7 +20,7 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/ros2/rosbag2_writer.hpp"
 #include "waymark/recording/sample_recorder.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "waymark/recording/message_log.hpp"
-#include "waymark/samples/estimated_pose.hpp"
+#include "waymark/samples/trajectory.hpp"
 
 namespace waymark {
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <optional>
 
 #include <Eigen/Core>
@@ -23,5 +25,26 @@ struct TagDetection {
   /// Covariance of corners_px; nothing when the detector does not know it.
   std::optional<CornerCovariance> corner_covariance_px2{};
 };
+
+/// Where the diagonals of a quad cross [px]: the image of a tag's centre under any perspective (the mean of
+/// the corners is not). The mean where the diagonals are parallel.
+[[nodiscard]] inline Eigen::Vector2d center_px(const std::array<Eigen::Vector2d, 4>& corners_px) {
+  const Eigen::Vector2d a = corners_px[2] - corners_px[0];
+  const Eigen::Vector2d b = corners_px[3] - corners_px[1];
+  const Eigen::Vector2d from = corners_px[1] - corners_px[0];
+  const double cross = a.x() * b.y() - a.y() * b.x();
+  constexpr double kParallel = 1e-9;
+  if (std::abs(cross) <= kParallel * a.norm() * b.norm()) {
+    return (corners_px[0] + corners_px[1] + corners_px[2] + corners_px[3]) / 4;
+  }
+  return corners_px[0] + a * ((from.x() * b.y() - from.y() * b.x()) / cross);
+}
+
+/// Mean length of the four sides [px].
+[[nodiscard]] inline double mean_side_px(const std::array<Eigen::Vector2d, 4>& corners_px) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 4; ++i) sum += (corners_px[i] - corners_px[(i + 1) % 4]).norm();
+  return sum / 4;
+}
 
 }  // namespace waymark

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "waymark/base/time.hpp"
 #include "waymark/geometry/se3.hpp"
@@ -14,5 +17,16 @@ struct StampedPose {
 
 /// Where the base was, in order of time.
 using Trajectory = std::vector<StampedPose>;
+
+/// Estimated pose of the base, with its covariance.
+struct EstimatedPose {
+  SensorTime stamp{};
+  SE3 map_T_base{};
+  /// Of x [m], y [m] and yaw [rad] in ordinary map coordinates; nothing when it does not say.
+  std::optional<Eigen::Matrix3d> covariance{};
+};
+
+/// In order of time.
+using EstimatedTrajectory = std::vector<EstimatedPose>;
 
 }  // namespace waymark

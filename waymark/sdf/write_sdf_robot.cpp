@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/sdf/sdf_text.hpp"
 #include "waymark/sdf/write_sdf_world.hpp"
 

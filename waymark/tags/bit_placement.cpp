@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "waymark/families/family.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/corner_covariance.hpp"
 #include "waymark/tags/expected_bends.hpp"
 #include "waymark/tags/inner_bits.hpp"

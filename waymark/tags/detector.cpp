@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "waymark/image/image.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "waymark/families/family.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/bit_placement.hpp"
 #include "waymark/tags/corner_covariance.hpp"
 #include "waymark/tags/expected_bends.hpp"

@@ -1,5 +1,3 @@
-#include "waymark/tags/refinement.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -11,7 +9,8 @@
 #include <Eigen/Cholesky>
 
 #include "tests/support/facing_tag.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/refinement.hpp"
 
 namespace waymark {
 namespace {

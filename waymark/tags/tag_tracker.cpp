@@ -10,7 +10,7 @@
 
 #include "waymark/families/family.hpp"
 #include "waymark/image/image.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/quads.hpp"
 #include "waymark/tags/shrink.hpp"
 #include "waymark/tags/tag_reader.hpp"

@@ -20,9 +20,12 @@
 namespace waymark {
 namespace {
 
+using ::testing::Contains;
 using ::testing::Each;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::Lt;
+using ::testing::Not;
 
 /// A board of six tags whose picture lies at x, in a picture k/30 s after the first.
 StampedMarks board_at(int k, double x_px, int tags = 6) {
@@ -72,10 +75,6 @@ TEST(VideoViews, ThereAreNoMoreThanAskedFor) {
   EXPECT_THAT(choose_views({board_at(0, 10)}, 800), ElementsAre(0));
   EXPECT_TRUE(choose_views({}, 800).empty());
 }
-
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 CalibrateCameraJob job_of(const std::string& output, const std::string& format = "") {
   return {.output = output, .format = format};

@@ -19,8 +19,10 @@
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 /// Seven views: one tilted to the left, the corners of two parts of the picture not reached.
@@ -75,12 +77,6 @@ TEST(GuidedCalibration, JsonHasNoFiguresBeforeTheFirstFit) {
   EXPECT_FALSE(json.contains("focal_sigma_share"));
   EXPECT_FALSE(json.contains("held_out_rms_px"));
 }
-
-namespace fs = std::filesystem;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 /// A camera, a board of tags before it, and the calibration of the one by the other.
 struct Guide {

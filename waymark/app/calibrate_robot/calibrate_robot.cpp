@@ -15,7 +15,7 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

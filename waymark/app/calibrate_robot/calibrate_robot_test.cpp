@@ -8,7 +8,7 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

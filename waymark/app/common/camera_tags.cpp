@@ -17,7 +17,7 @@
 #include "waymark/recording/log_report.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 

@@ -17,7 +17,7 @@
 #include "waymark/media/video_reader.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/ros2/messages.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

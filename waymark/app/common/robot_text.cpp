@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

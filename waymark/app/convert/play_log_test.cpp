@@ -119,8 +119,6 @@ TEST(JsonLine, BytesThatAreNoTextDoNotBreakTheLine) {
   EXPECT_EQ(Json::parse(line)["file"], "lap\xEF\xBF\xBD\n.mcap");
 }
 
-using ::testing::HasSubstr;
-
 std::unique_ptr<MessageLog> open_lap() {
   static const std::string file =
       test::record_lap(testing::fresh_folder("jobs_play") / "lap.mcap", 9, {.for_s = 4});

@@ -18,9 +18,13 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 const std::string& short_lap() {
   static const std::string file =
@@ -185,14 +189,6 @@ TEST(RecoverLog, NothingIsWrittenOverAndNothingIsLeftOfAFailure) {
   EXPECT_FALSE(recover_log({.file = cut, .output = "/nowhere/deep/out.mcap"}));
   EXPECT_FALSE(recover_log({.file = "/nowhere/lap.mcap"}));
 }
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::Each;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
 
 RecordingInfo holding(LogContents contents) {
   RecordingInfo info{.file = "lap.mcap", .contents = std::move(contents)};

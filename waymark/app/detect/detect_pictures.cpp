@@ -20,7 +20,7 @@
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/plot/annotate.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

@@ -32,6 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr TagId kTag{FamilyId::Tag36h11, 7};
 
@@ -260,9 +261,6 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
   EXPECT_EQ(to_json(*report)["pictures"].size(), 10U);
 }
 
-using ::testing::HasSubstr;
-using ::testing::Not;
-
 TagDetection square(int number, double left_px, double side_px) {
   TagDetection tag{.tag = {FamilyId::Tag36h11, number}, .hamming = 1, .decision_margin = 61.25};
   tag.corners_px = {Eigen::Vector2d(left_px, 100), Eigen::Vector2d(left_px + side_px, 100),
@@ -328,9 +326,6 @@ TEST(DetectionsText, PosesHaveBothSolutionsAndErrorsTheirWords) {
   EXPECT_THAT(lines[2], HasSubstr("or (ratio "));
   EXPECT_THAT(lines[3], HasSubstr("its size is not known"));
 }
-
-namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 
 constexpr TagId kVideoTag{FamilyId::Tag36h11, 7};
 constexpr int kPictures = 12;

@@ -16,7 +16,10 @@ namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 /// An ellipse, ten poses a second.
 SE3 on_ellipse(double s) {
@@ -194,12 +197,6 @@ TEST_F(EvaluateTrajectoryFiles, FiguresGoIntoAFolderThatIsMade) {
   ASSERT_FALSE(blocked) << "a file is no folder";
   EXPECT_EQ(blocked.error().code, ErrorCode::Unwritable);
 }
-
-namespace fs = std::filesystem;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 /// A circle of 2 m about a place, ten poses a second.
 Trajectory circle(double from_s, double to_s, double x_m = 0) {

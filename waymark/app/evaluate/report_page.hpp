@@ -10,8 +10,8 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/plot/page.hpp"
-#include "waymark/samples/estimated_pose.hpp"
 #include "waymark/samples/route.hpp"
+#include "waymark/samples/trajectory.hpp"
 
 /// What a report and its single figures are made of.
 namespace waymark {

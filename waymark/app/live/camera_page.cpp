@@ -12,7 +12,7 @@
 #include "waymark/app/live/cameras_text.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/recording/sample_recorder.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

@@ -10,7 +10,7 @@
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/pose/square_pose.hpp"
 #include "waymark/recording/ros2/convert.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

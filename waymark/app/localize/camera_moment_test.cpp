@@ -8,7 +8,7 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/pose/square_pose.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

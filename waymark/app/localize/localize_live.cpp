@@ -26,7 +26,7 @@
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/geometry/dense.hpp"
 #include "waymark/recording/ros2/map_markers.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

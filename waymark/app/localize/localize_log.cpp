@@ -19,7 +19,7 @@
 #include "waymark/config/share.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_fits.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 /// Three seconds of a lap, the map of its world, and robots' files.
 struct InputFiles {
@@ -154,11 +155,6 @@ TEST(LocalizeLogOutput, WhatItWasMadeWithIsWrittenIntoTheRecording) {
   EXPECT_FALSE(lap->truth.empty());
   EXPECT_TRUE(lap->frames.empty());
 }
-
-namespace fs = std::filesystem;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 /// Ten seconds of a lap, and the map of the world it was driven in.
 struct Scene {

@@ -17,7 +17,7 @@
 #include "waymark/config/map_exchange.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/media/video_writer.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 
 namespace waymark {

@@ -123,10 +123,6 @@ TEST_F(MapTransforms, AFolderThatIsNotThereIsAnError) {
   EXPECT_EQ(status.error().code, ErrorCode::Unwritable);
 }
 
-namespace fs = std::filesystem;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-
 /// The tags of circuit24, with observations.
 MapFile circuit_map() {
   MapFile map{.tags = test::circuit().tags,

@@ -8,7 +8,7 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

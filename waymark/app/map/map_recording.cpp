@@ -30,7 +30,7 @@
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/replay/lap_closing.hpp"
 #include "waymark/replay/route_gaps.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

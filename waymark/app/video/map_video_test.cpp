@@ -223,8 +223,6 @@ TEST_F(Walk, ACameraOfAnotherSizeIsRefused) {
   EXPECT_FALSE(fs::exists(folder_ / "map"));
 }
 
-using ::testing::HasSubstr;
-
 class VideoDescription : public ::testing::Test {
  protected:
   void SetUp() override {

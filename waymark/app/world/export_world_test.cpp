@@ -1,14 +1,20 @@
 #include "waymark/app/world/export_world.hpp"
 
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
-#include "tests/support/data.hpp"
+#include "tests/support/recorded_lap.hpp"
 #include "waymark/config/world_file.hpp"
 
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -35,6 +41,40 @@ TEST(ExportWorld, SaysHowToTeachInIt) {
   const std::string text = to_text(exported(bare, "bare"), "bare");
   EXPECT_THAT(text, Not(HasSubstr("--tag-size-m")));
   EXPECT_THAT(text, HasSubstr("it has no tag to be the anchor"));
+}
+
+ExportWorldJob export_job(const fs::path& folder) {
+  return {.world = test::circuit(),
+          .robot = test::limo(),
+          .robot_yaml = test::file_text(WAYMARK_SHARE "/robots/limo.yaml"),
+          .folder = folder};
+}
+
+TEST(ExportWorld, WritesAWorldItsTagsTheRobotAndItsProfile) {
+  const fs::path folder = testing::fresh_folder("jobs_export") / "my world";
+  const auto report = export_world(export_job(folder));
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->tags, test::circuit().tags.tags.size());
+  EXPECT_EQ(report->anchor, to_string(test::circuit().anchor));
+  EXPECT_NEAR(report->tag_size_m, 0.16, 1e-9);
+  EXPECT_EQ(test::names_in(folder).size(), report->files.size());
+  for (const std::string& file : report->files) EXPECT_TRUE(fs::exists(folder / file)) << file;
+  EXPECT_TRUE(read_robot(folder / "robot.yaml")) << "as it was given";
+  const std::string text = to_text(*report, folder);
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("ign gazebo -r '"), HasSubstr("--tag-size-m 0.16"), HasSubstr("24 tags")));
+  EXPECT_EQ(to_json(*report)["files"].size(), report->files.size());
+}
+
+TEST(ExportWorld, AFolderThatHoldsSomethingIsLeftAsItIs) {
+  const fs::path folder = testing::fresh_folder("jobs_export_full");
+  std::ofstream(folder / "mine.txt") << "mine";
+  const auto report = export_world(export_job(folder));
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::Unwritable);
+  EXPECT_EQ(report.error().place.source, folder.string());
+  EXPECT_THAT(report.error().hint, HasSubstr("not there yet"));
+  EXPECT_THAT(test::names_in(folder), ElementsAre("mine.txt"));
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/profile_table.hpp"
-#include "waymark/app/world/judge_world.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/simulation/world/world.hpp"
 
@@ -139,78 +138,6 @@ TEST_F(LayWorld, ADriveThatComesBackIsALap) {
   EXPECT_NEAR(like.camera_rate_hz, usual.camera_rate_hz, 0.1 * usual.camera_rate_hz);
   EXPECT_NEAR(like.odometry_rate_hz, usual.odometry_rate_hz, 0.1 * usual.odometry_rate_hz);
   EXPECT_FALSE(profile_table(*profile, *profile).empty());
-}
-
-TEST(JudgeWorld, ASlipOfUnitsIsADoubt) {
-  World world = test::circuit();
-  const RobotDescription robot = limo();
-  const auto good = judge_world(world, robot.model, robot.camera, {});
-  ASSERT_TRUE(good) << to_string(good.error());
-  EXPECT_TRUE(good->good);
-  EXPECT_EQ(to_json(*good, world, robot.model)["good"], true);
-  world.tags.tags.begin()->second.size_m = 160;
-  const auto slip = judge_world(world, robot.model, robot.camera, {});
-  ASSERT_TRUE(slip);
-  EXPECT_FALSE(slip->good);
-  ASSERT_EQ(slip->doubts.size(), 1U);
-  EXPECT_THAT(slip->doubts.front(), HasSubstr("millimetres"));
-}
-
-TEST(JudgeWorld, TagsThatOverlapAreNamed) {
-  World world = test::circuit();
-  const RobotDescription robot = limo();
-  const TagId anchor = world.anchor;
-  const TagId second{anchor.family, 500};
-  world.tags.tags[second] = *world.tags.find(anchor);
-  world.tags.tags[second].map_T_tag = world.tags.find(anchor)->map_T_tag * SE3({}, {0.05, 0, 0});
-  const auto verdict = judge_world(world, robot.model, robot.camera, {});
-  ASSERT_TRUE(verdict);
-  EXPECT_FALSE(verdict->good);
-  ASSERT_EQ(verdict->doubts.size(), 1U);
-  EXPECT_THAT(verdict->doubts.front(),
-              HasSubstr(to_string(anchor) + " and " + to_string(second) + " overlap"));
-  EXPECT_EQ(to_json(*verdict, world, robot.model)["overlapping_tags"][0][1], to_string(second));
-}
-
-/// Tags in view by their corners and by lines of sight past walls to their middles alone.
-std::vector<TagId> in_view_but_for_papers(const World& world, const CameraModel& camera,
-                                          const SE3& map_T_cam) {
-  std::vector<TagId> tags;
-  for (const TagCopy& tag : readable_tags(world)) {
-    const Eigen::Vector3d& place = tag.placed.map_T_tag.translation();
-    const SE3 cam_T_tag = map_T_cam.inverse() * tag.placed.map_T_tag;
-    if (cam_T_tag.translation().norm() <= TagCameraOptions{}.max_range_m &&
-        visible_corners(camera, cam_T_tag, tag.placed.size_m) &&
-        line_of_sight(world, map_T_cam.translation(), place))
-      tags.push_back(tag.tag);
-  }
-  return tags;
-}
-
-TEST(BuiltInWorlds, AreSeenByTheCornerCameraAsBeforePapersHidTags) {
-  const RobotDescription robot = limo();
-  Random random(3);
-  for (const char* name : {"circuit24", "limo-walls", "mbot-square", "academy-house"}) {
-    const auto world = read_world(std::string(WAYMARK_SHARE "/worlds/") + name + ".yaml");
-    ASSERT_TRUE(world) << to_string(world.error());
-    int seen = 0;
-    for (const PathPoint& point : sample_path(world->path_m, world->path_closed, 0.05)) {
-      const SE2 aside = point.map_T_path * SE2::exp({0, 0.05 * random.normal(), 0.05 * random.normal()});
-      const SE3 map_T_cam = lift(aside) * robot.model.base_T_cam;
-      std::vector<TagId> tags;
-      for (const TagDetection& tag :
-           see_tags(*world, robot.camera, map_T_cam, SensorTime{}, {.miss_probability = 0}, random)
-               .detections)
-        tags.push_back(tag.tag);
-      EXPECT_EQ(tags, in_view_but_for_papers(*world, robot.camera, map_T_cam)) << name;
-      seen += static_cast<int>(tags.size());
-    }
-    EXPECT_GT(seen, 20) << name;
-    const auto verdict = judge_world(*world, robot.model, robot.camera, {});
-    ASSERT_TRUE(verdict);
-    EXPECT_TRUE(verdict->check.overlapping.empty()) << name;
-    EXPECT_EQ(verdict->check.hidden.empty(), !world->corners_through_paper) << name;
-  }
 }
 
 TEST(NewWorld, IsNotWrittenOverAFile) {

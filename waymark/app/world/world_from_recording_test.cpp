@@ -6,8 +6,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
-#include "tests/support/data.hpp"
+#include "tests/support/recorded_lap.hpp"
 #include "waymark/app/map/map_recording.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
 #include "waymark/config/world_file.hpp"
@@ -16,6 +17,8 @@ namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr double kShare = 0.2;  // of the hidden number
@@ -115,6 +118,83 @@ TEST_F(WorldOfADrivenLap, AFolderThatHoldsSomethingStaysAsItIs) {
   EXPECT_THAT(refused.error().hint, HasSubstr("not there yet"));
   EXPECT_FALSE(fs::exists(folder_ / "map/world.yaml"));
   EXPECT_FALSE(fs::exists(folder_ / "map/robot.1.yaml"));
+}
+
+/// Fifteen seconds of a lap, and the map of them.
+struct MappedDrive {
+  fs::path folder = testing::fresh_folder("jobs_world_from");
+  std::string lap = test::record_lap(folder / "lap.mcap", 31, {.for_s = 15});
+  fs::path map = folder / "map";
+  MappedDrive() { EXPECT_TRUE(map_recording({.lap = lap, .folder = map}, {})); }
+};
+
+const MappedDrive& mapped_drive() {
+  static const MappedDrive made;
+  return made;
+}
+
+TEST(WorldFromRecording, HoldsTheTagsTheRouteAndHowTheRobotBehaved) {
+  const fs::path folder = mapped_drive().folder / "world";
+  const auto report = world_from_recording(
+      {.recording = mapped_drive().lap, .map = mapped_drive().map, .folder = folder}, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_THAT(report->files, ElementsAre("world.yaml", "robot.yaml"));
+  const auto world = read_world(folder / "world.yaml");
+  ASSERT_TRUE(world) << to_string(world.error());
+  EXPECT_EQ(world->tags.tags.size(), report->world.tags.tags.size());
+  EXPECT_GE(world->path_m.size(), 10U);
+  for (const auto& [id, tag] : world->tags.tags)
+    EXPECT_LT((tag.map_T_tag.translation() - test::circuit().tags.find(id)->map_T_tag.translation())
+                  .head<2>()
+                  .norm(),
+              0.1)
+        << id.number;
+  const auto robot = read_robot(folder / "robot.yaml");
+  ASSERT_TRUE(robot) << to_string(robot.error());
+  EXPECT_NEAR(robot->simulation.camera_rate_hz, test::limo().simulation.camera_rate_hz, 1);
+  const std::string text = to_text(*report, folder);
+  EXPECT_THAT(text, AllOf(HasSubstr("waymark teach --world "), HasSubstr("not determined")));
+  const auto json = to_json(*report);
+  EXPECT_TRUE(json["quantities"]["camera.exposure_ms"].is_null()) << "there are no pictures";
+}
+
+TEST(WorldFromRecording, AMapOfAnotherDriveIsRefused) {
+  const std::string other =
+      test::record_lap(mapped_drive().folder / "other.mcap", 32, {.for_s = 3, .odometry = true});
+  // The same place at the same times, its tags seen elsewhere: another map's tags are moved.
+  const fs::path moved = mapped_drive().folder / "moved";
+  fs::copy(mapped_drive().map, moved);
+  MapFile map = read_map(moved / "map.yaml").value();
+  for (auto& [id, tag] : map.tags.tags) tag.map_T_tag = SE3({}, {0, 0, 0.7}) * tag.map_T_tag;
+  ASSERT_TRUE(write_map(moved / "map.yaml", map));
+  const fs::path folder = mapped_drive().folder / "refused";
+  const auto report = world_from_recording({.recording = other, .map = moved, .folder = folder}, {});
+  ASSERT_FALSE(report);
+  EXPECT_THAT(report.error().message, HasSubstr("its tags are not where they were seen"));
+  EXPECT_THAT(report.error().hint, HasSubstr("waymark map "));
+  EXPECT_FALSE(fs::exists(folder)) << "nothing is left of it";
+}
+
+TEST(WorldFromRecording, WhatIsMissingIsNamedAndCancellingLeavesNothing) {
+  const fs::path folder = mapped_drive().folder / "none";
+  const auto no_map =
+      world_from_recording({.recording = mapped_drive().lap, .map = "/nowhere", .folder = folder}, {});
+  ASSERT_FALSE(no_map);
+  EXPECT_THAT(to_string(no_map.error()), HasSubstr("/nowhere"));
+  const fs::path bare = mapped_drive().folder / "bare";
+  fs::copy(mapped_drive().map, bare);
+  fs::remove(bare / "robot.yaml");
+  const auto no_robot =
+      world_from_recording({.recording = mapped_drive().lap, .map = bare, .folder = folder}, {});
+  ASSERT_FALSE(no_robot);
+  EXPECT_THAT(no_robot.error().hint, HasSubstr("--robot"));
+  for (const int questions : {0, 5, 200}) {
+    EXPECT_FALSE(
+        world_from_recording({.recording = mapped_drive().lap, .map = mapped_drive().map, .folder = folder},
+                             test::cancelled_after(questions)))
+        << questions;
+    EXPECT_FALSE(fs::exists(folder)) << questions;
+  }
 }
 
 }  // namespace

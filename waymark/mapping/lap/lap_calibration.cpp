@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "waymark/camera/intrinsics.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {

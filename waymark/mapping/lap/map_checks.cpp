@@ -13,7 +13,7 @@
 #include "waymark/mapping/lap/left_out.hpp"
 #include "waymark/mapping/lap/tag_votes.hpp"
 #include "waymark/pose/agreement.hpp"
-#include "waymark/samples/corners.hpp"
+#include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
 namespace {

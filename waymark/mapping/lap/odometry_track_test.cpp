@@ -7,7 +7,7 @@
 
 #include "waymark/geometry/lie.hpp"
 #include "waymark/mapping/lap/tag_votes.hpp"
-#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {

@@ -1,6 +1,5 @@
-// Bundle adjustment against the truth, against the dense inverse, and over many draws of its own noise.
-// What must hold for any bundle: the frame, the order of terms and the unit of length do not matter, more
-// information never means less certainty, and numbers that are none do not pass as a result.
+// Bundle adjustment against the truth, against the dense inverse, and over many draws of its own noise; then
+// what must hold for any bundle.
 #include "waymark/mapping/solver/bundle.hpp"
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/mapping/solver/block_system.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
@@ -259,14 +259,14 @@ TEST(Bundle, ACovarianceThatCannotBeFoundIsNotZero) {
   EXPECT_GT(P.poses[first].diagonal().minCoeff(), 0);
 }
 
-using testing::random_pose;
+// What must hold for any bundle: the frame, the order of terms and the unit of length do not matter, more
+// information never means less certainty, and numbers that are none do not pass as a result.
 
-constexpr double kSize = 0.2;
-constexpr double kSigmaPx = 0.2;
+constexpr double kWallSigmaPx = 0.2;
 constexpr std::size_t kTags = 6;
 constexpr std::size_t kRigs = 10;
 
-CameraModel lens() {
+CameraModel wall_lens() {
   PinholeRadtan radtan{.fx = 442, .fy = 444, .cx = 323, .cy = 247, .coefficients = 4};
   radtan.k = {0.045, -0.077, 0.001, 0, 0, 0, 0, 0};
   return CameraModel::make(radtan, 640, 480).value();
@@ -276,7 +276,7 @@ CameraModel lens() {
 Bundle wall(std::uint64_t seed) {
   Random random(seed);
   Bundle bundle;
-  bundle.cameras = {lens()};
+  bundle.cameras = {wall_lens()};
   for (std::size_t k = 0; k < kRigs; ++k) {
     const double s = static_cast<double>(k);
     bundle.add(SE3({}, {0.15 * s - 0.7, 0.1 * std::sin(s), 0.05 * s}) * random_pose(random, 0.1, 0.2));
@@ -294,8 +294,9 @@ Bundle wall(std::uint64_t seed) {
       if (!corners) continue;
       TagDetection detection{.corners_px = *corners};
       for (auto& corner : detection.corners_px)
-        corner += kSigmaPx * Eigen::Vector2d(random.normal(), random.normal());
-      bundle.corners.push_back({rig, cam, map, tag, 0, corner_factor(detection, kSize, kSigmaPx).value()});
+        corner += kWallSigmaPx * Eigen::Vector2d(random.normal(), random.normal());
+      bundle.corners.push_back(
+          {rig, cam, map, tag, 0, corner_factor(detection, kSize, kWallSigmaPx).value()});
     }
   }
   return bundle;

@@ -591,7 +591,6 @@ const SurfaceTexture& surface_texture(int kind) {
 
 namespace {
 
-constexpr float kHorizon = 1e-6F;
 constexpr float kFarthestCells = 1e6F;  // that a texel still has a number
 
 float value(const PlaneRays::Form& form, float x, float y, float z) {

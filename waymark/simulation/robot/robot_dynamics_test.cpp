@@ -1,21 +1,10 @@
-// The simulated robot against what its options promise.
-// Ackermann steering, and the odometry that real drivers compute, against the figures measured on them.
 #include "waymark/simulation/robot/robot_dynamics.hpp"
 
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <vector>
 
 #include <gtest/gtest.h>
-#include <Eigen/LU>
-
-#include "waymark/base/angles.hpp"
-#include "waymark/simulation/robot/scripted_driver.hpp"
-#include "waymark/simulation/sensors/motion_sensors.hpp"
-#include "waymark/simulation/sensors/tag_camera.hpp"
-#include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {
@@ -38,27 +27,6 @@ const DynamicsOptions kPerfect = {.speed_lag_s = 0,
                                   .yaw_gain = 1,
                                   .lateral_slip_s = 0,
                                   .slip_noise_m_s = 0};
-
-std::vector<Eigen::Vector2d> circle(double radius, int points) {
-  std::vector<Eigen::Vector2d> result;
-  for (int i = 0; i < points; ++i) {
-    const double a = 2 * std::numbers::pi * i / points;
-    result.emplace_back(radius * std::cos(a), radius * std::sin(a));
-  }
-  return result;
-}
-
-TEST(Path, OfPointsOnACircleIsNearlyTheCircle) {
-  const auto path = sample_path(circle(2.0, 60), true, 0.02);
-  ASSERT_FALSE(path.empty());
-  const double length = path.back().arc_length_m + path[1].arc_length_m;
-  EXPECT_NEAR(length, 4 * std::numbers::pi, 1e-3);
-  for (const PathPoint& point : path) {
-    EXPECT_NEAR(point.map_T_path.translation().norm(), 2.0, 1e-4);
-    EXPECT_NEAR(point.curvature_1_m, 0.5, 0.01);
-  }
-  EXPECT_TRUE(sample_path({{0, 0}, {1, 1}}, true, 0.02).empty());
-}
 
 TEST(Dynamics, APerfectRobotDrivesACircle) {
   RobotDynamics robot(small_robot(), kPerfect, SE2(), Random(1));
@@ -88,113 +56,6 @@ TEST(Dynamics, AStandingRobotStaysWhereItIs) {
   EXPECT_EQ(robot.map_T_base(), SE2(1, 2, 3));
 }
 
-TEST(MotionSensors, WithoutErrorsOdometryIsTheTruth) {
-  RobotDynamics robot(small_robot(), kPerfect, SE2(), Random(1));
-  MotionSensors sensors(small_robot(),
-                        {.left_wheel_scale = 1,
-                         .right_wheel_scale = 1,
-                         .ticks_per_turn = 1e6,
-                         .gyro_noise_rad_s = 0,
-                         .gyro_bias_rad_s = 0},
-                        Random(2));
-  Odometry odometry = sensors.read_odometry(robot);
-  for (int i = 0; i < 2000; ++i) {
-    robot.step({0.4, 0.3}, kStep);
-    odometry = sensors.read_odometry(robot);
-  }
-  const SE2 difference = odometry.odom_T_base.inverse() * robot.map_T_base();
-  EXPECT_LT(difference.log().norm(), 5e-3);
-}
-
-TEST(MotionSensors, WheelScaleStretchesOdometry) {
-  RobotDynamics robot(small_robot(), kPerfect, SE2(), Random(1));
-  MotionSensors sensors(
-      small_robot(),
-      {.left_wheel_scale = 1.05, .right_wheel_scale = 1.05, .gyro_noise_rad_s = 0, .gyro_bias_rad_s = 0},
-      Random(2));
-  (void)sensors.read_odometry(robot);
-  for (int i = 0; i < 1000; ++i) robot.step({0.5, 0}, kStep);
-  EXPECT_NEAR(sensors.read_odometry(robot).odom_T_base.x() / robot.map_T_base().x(), 1.05, 1e-3);
-}
-
-TEST(Driver, DrivesALapAndStopsLikeAPerson) {
-  DriverOptions options;
-  options.speed_m_s = 0.4;
-  const auto path = sample_path(circle(2.0, 60), true, 0.02);
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    RobotDynamics robot(small_robot(), {}, path[0].map_T_path, Random(seed));
-    ScriptedDriver driver(path, true, options, Random(seed + 100));
-    double worst = 0;
-    double driven = 0;
-    for (int i = 0; i < 20000 && !driver.done(); ++i) {
-      robot.step(driver.drive(robot.map_T_base(), robot.now()), kStep);
-      worst = std::max(worst, std::abs(robot.map_T_base().translation().norm() - 2.0));
-      driven += robot.speed_m_s() * to_seconds(kStep);
-    }
-    EXPECT_TRUE(driver.done());
-    EXPECT_LT(worst, 0.15);
-    EXPECT_GT(worst, 0.005) << "a person is not perfect";
-    EXPECT_NEAR(driven, 4 * std::numbers::pi + options.overlap_m, 0.4);
-  }
-}
-
-TEST(Driver, AClockThatGoesBackMakesNoCommandOfNoNumber) {
-  const auto path = sample_path({{0, 0}, {1, 0.1}, {2, 0}}, false, 0.02);
-  ScriptedDriver driver(path, false, {}, Random(1));
-  for (const int ms : {1000, 1050, 900, 950, 1100}) {
-    const VelocityCommand command = driver.drive(SE2(), SensorTime(std::chrono::milliseconds(ms)));
-    EXPECT_TRUE(std::isfinite(command.speed_m_s)) << ms;
-    EXPECT_TRUE(std::isfinite(command.yaw_rate_rad_s)) << ms;
-  }
-}
-
-TEST(TagCamera, NoiseIsAsItsCovarianceSays) {
-  World world;
-  world.tags.tags[TagId{.number = 3}] = {.map_T_tag = SE3(SO3(), {0.1, 0, 1.5}), .size_m = 0.16};
-  const CameraModel camera =
-      CameraModel::make(PinholeRadtan{.fx = 442, .fy = 443, .cx = 320, .cy = 240}, 640, 480).value();
-  const auto truth = visible_corners(camera, SE3(SO3(), {0.1, 0, 1.5}), 0.16);
-  ASSERT_TRUE(truth);
-  Random random(5);
-  double normalized = 0;
-  int seen = 0;
-  constexpr int kFrames = 4000;
-  for (int i = 0; i < kFrames; ++i) {
-    const TagFrame frame = see_tags(world, camera, SE3(), SensorTime{}, {.miss_probability = 0.1}, random);
-    if (frame.detections.empty()) continue;
-    ++seen;
-    const TagDetection& tag = frame.detections[0];
-    Eigen::Matrix<double, 8, 1> error;
-    for (std::size_t k = 0; k < 4; ++k)
-      error.segment<2>(2 * static_cast<Eigen::Index>(k)) = tag.corners_px[k] - (*truth)[k];
-    normalized += error.dot(tag.corner_covariance_px2->inverse() * error);
-  }
-  EXPECT_NEAR(seen, 0.9 * kFrames, 4 * std::sqrt(0.09 * kFrames));
-  EXPECT_NEAR(normalized / seen, 8.0, 4 * std::sqrt(16.0 / seen));
-}
-
-TEST(UprightTag, FacesItsReader) {
-  const SE3 map_T_tag = upright_tag({1, 2, 0.3}, std::numbers::pi / 2);
-  EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12))
-      << "z into the tag";
-  EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d(0, 0, -1), 1e-12))
-      << "y down";
-  EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d(-1, 0, 0), 1e-12))
-      << "x right";
-}
-
-TEST(Simulation, TheSameSeedGivesTheSameRun) {
-  const auto run = [] {
-    RobotDynamics robot(small_robot(), {}, SE2(), Random(7));
-    MotionSensors sensors(small_robot(), {}, Random(8));
-    for (int i = 0; i < 500; ++i) robot.step({0.3, 0.2}, kStep);
-    return std::pair(robot.map_T_base(), sensors.read_imu(robot).angular_velocity_rad_s.z());
-  };
-  EXPECT_EQ(run(), run());
-}
-
-constexpr Duration kStep = std::chrono::milliseconds(5);
-
 RobotModel robot_model(double track_m = 0.172) {
   return {
       .limits = {.speed_m_s = 1, .yaw_rate_rad_s = 3, .acceleration_m_s2 = 2, .yaw_acceleration_rad_s2 = 8},
@@ -216,36 +77,6 @@ DynamicsOptions ackermann() {
   options.drive = "ackermann";
   options.steering_lag_s = 0.1;
   return options;
-}
-
-MotionSensorOptions no_errors() {
-  return {.left_wheel_scale = 1,
-          .right_wheel_scale = 1,
-          .ticks_per_turn = 1e6,
-          .gyro_noise_rad_s = 0,
-          .gyro_bias_rad_s = 0,
-          .acceleration_noise_m_s2 = 0};
-}
-
-/// Lets the odometry of a driver follow a robot; `command` acts for `seconds` at 50 messages a second.
-struct Drive {
-  SE2 truth;
-  Odometry odometry;
-  double turned_rad = 0;
-};
-Drive drive(const MotionSensorOptions& options, const VelocityCommand& command, double seconds,
-            const RobotModel& model = robot_model()) {
-  RobotDynamics robot(model, exact(), SE2(), Random(1));
-  MotionSensors sensors(model, options, Random(2));
-  Drive run;
-  for (int i = 0; i < seconds / to_seconds(kStep); ++i) {
-    if (i % 4 == 0) run.odometry = sensors.read_odometry(robot);
-    robot.step(command, kStep);
-    run.turned_rad += robot.yaw_rate_rad_s() * to_seconds(kStep);
-  }
-  run.odometry = sensors.read_odometry(robot);
-  run.truth = robot.map_T_base();
-  return run;
 }
 
 TEST(Ackermann, DrivesTheRadiusOfItsSteeringAngle) {
@@ -294,123 +125,6 @@ TEST(Dynamics, SlippingWheelsTurnMoreThanTheRobotMoves) {
   const double rolled = (robot.wheel_ticks().left_rad - wheels) * 0.045;
   EXPECT_NEAR(rolled, 0.5, 1e-9);
   EXPECT_NEAR((before.inverse() * robot.map_T_base()).x(), 0.25 * rolled, 1e-9);
-}
-
-TEST(Imu, FeelsAccelerationAndTheCurve) {
-  RobotDynamics robot(robot_model(), exact(), SE2(), Random(1));
-  MotionSensors sensors(robot_model(), no_errors(), Random(2));
-  robot.step({1, 0}, kStep);
-  EXPECT_NEAR(sensors.read_imu(robot).linear_acceleration_m_s2.x(), 2, 1e-9) << "its limit";
-  for (int i = 0; i < 400; ++i) robot.step({0.5, 1}, kStep);
-  const ImuSample imu = sensors.read_imu(robot);
-  EXPECT_NEAR(imu.linear_acceleration_m_s2.x(), 0, 1e-9);
-  EXPECT_NEAR(imu.linear_acceleration_m_s2.y(), 0.5, 1e-9) << "v w, to the left";
-  EXPECT_NEAR(imu.angular_velocity_rad_s.z(), 1, 1e-9);
-}
-
-// The stock driver of LIMO: what turns less than 0.1 degrees a message is lost, 5 deg/s at 50 messages. The
-// angle comes in hundredths of a degree, so just below that some messages read 0.10 and get through.
-TEST(OdometryOfLimo, DropsTurningBelowFiveDegreesASecond) {
-  MotionSensorOptions options = no_errors();
-  options.odometry = "imu_yaw";
-  options.yaw_deadband_deg = 0.1;
-  const Drive gentle = drive(options, {0.25, 0.25 / 3.3}, 20);  // a curve of 3.3 m: 4.3 deg/s
-  EXPECT_GT(gentle.turned_rad, 1.5);
-  EXPECT_EQ(gentle.odometry.odom_T_base.yaw(), 0) << "it thinks it drove straight ahead";
-  EXPECT_GT((gentle.odometry.odom_T_base.inverse() * gentle.truth).translation().norm(), 2.0);
-  const Drive partly = drive(options, {0.25, 0.25 / 3.0}, 20);  // 4.77 deg/s
-  EXPECT_LT(partly.odometry.odom_T_base.yaw(), 0.7 * partly.turned_rad);
-  const Drive tighter = drive(options, {0.25, 0.25 / 2.5}, 20);  // 5.73 deg/s
-  EXPECT_NEAR(std::remainder(tighter.odometry.odom_T_base.yaw() - tighter.turned_rad, 2 * std::numbers::pi),
-              0, 0.01);
-  options.yaw_deadband_deg = 0;
-  const Drive repaired = drive(options, {0.25, 0.25 / 3.3}, 20);
-  EXPECT_NEAR(repaired.odometry.odom_T_base.yaw(), repaired.truth.yaw(), to_radians(0.02))
-      << "nothing but the resolution of the angle, and of the ramp at the start";
-}
-
-// MBot: a driver that takes 0.15572 m of track where 0.1696 m is right turned 20.519 rad in three laps of
-// 6 pi.
-TEST(OdometryOfMbot, CountsNineInAHundredTooMuchRotation) {
-  MotionSensorOptions options = no_errors();
-  options.odometry = "wheels";
-  options.rotation_scale = 1.089;
-  options.ticks_per_turn = 3120;
-  const Drive run = drive(options, {0.2, 0.5}, 6 * std::numbers::pi / 0.5 + 0.03125, robot_model(0.1696));
-  ASSERT_NEAR(run.turned_rad, 6 * std::numbers::pi, 0.01);
-  EXPECT_NEAR(std::remainder(run.odometry.odom_T_base.yaw() - 20.519, 2 * std::numbers::pi), 0, 0.04);
-}
-
-// The Academy's: a random walk in the axes of the world, which never turns with the heading.
-TEST(OdometryOfTheAcademy, WalksAtRandomAndItsHeadingTurnsNoDistance) {
-  MotionSensorOptions options = no_errors();
-  options.odometry = "truth";
-  options.odometry_noise_m = 0.001;
-  options.odometry_noise_rad = 0.001;
-  constexpr int kWalks = 300;
-  constexpr int kMessages = 1000;  // 20 s at 50 messages a second
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  for (int walk = 0; walk < kWalks; ++walk) {
-    RobotDynamics robot(robot_model(), exact(), SE2(1, 2, 0.7), Random(1));
-    MotionSensors sensors(robot_model(), options, Random(static_cast<std::uint64_t>(walk)));
-    Odometry odometry;
-    for (int i = 0; i < kMessages; ++i) odometry = sensors.read_odometry(robot);  // standing still
-    const SE2& d = odometry.odom_T_base;
-    squares += Eigen::Vector3d(d.x(), d.y(), d.yaw()).cwiseAbs2();
-  }
-  const double expected = 0.001 * std::sqrt(kMessages);  // 0.0316: 0.007 a square root of a second
-  for (const double square : {squares.x(), squares.y(), squares.z()})
-    EXPECT_NEAR(std::sqrt(square / kWalks) / expected, 1, 4 / std::sqrt(2.0 * kWalks));
-  // Driven straight ahead with a heading that is off by a lot, the distance is still counted the right way.
-  options.odometry_noise_m = 0;
-  options.odometry_noise_rad = 0.05;
-  const Drive run = drive(options, {0.5, 0}, 20);
-  EXPECT_GT(std::abs(run.odometry.odom_T_base.yaw()), 0.05);
-  EXPECT_LT((run.odometry.odom_T_base.translation() - run.truth.translation()).norm(), 1e-9);
-}
-
-// White noise falls with one over the root of the time, a wandering bias rises with it: Allan deviation (IEEE
-// Std 952-1997, annex C), overlapping.
-double allan_deviation(const std::vector<double>& rates, double dt_s, std::size_t m) {
-  std::vector<double> angle(1, 0.0);
-  for (const double rate : rates) angle.push_back(angle.back() + rate * dt_s);
-  const double tau_s = static_cast<double>(m) * dt_s;
-  double sum = 0;
-  const std::size_t count = angle.size() - 2 * m;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double second = angle[k + 2 * m] - 2 * angle[k + m] + angle[k];
-    sum += second * second;
-  }
-  return std::sqrt(sum / (2 * tau_s * tau_s * static_cast<double>(count)));
-}
-
-std::vector<double> standing_gyro(double noise, double walk, int seconds) {
-  MotionSensorOptions options = no_errors();
-  options.gyro_noise_rad_s = noise;
-  options.gyro_bias_rad_s = 0.002;
-  options.gyro_bias_walk = walk;
-  RobotDynamics robot(robot_model(), exact(), SE2(), Random(1));
-  MotionSensors sensors(robot_model(), options, Random(3));
-  std::vector<double> rates;
-  for (int i = 0; i < 100 * seconds; ++i) {
-    robot.step({}, std::chrono::milliseconds(10));
-    rates.push_back(sensors.read_imu(robot).angular_velocity_rad_s.z());
-  }
-  return rates;
-}
-
-TEST(Imu, AllanDeviationOfTheGyroIsThatOfItsNoises) {
-  const double random_walk = 0.005 * std::sqrt(0.01);  // angle random walk N: sigma sqrt(dt)
-  const auto white = standing_gyro(0.005, 0, 2000);
-  for (const std::size_t m : {10U, 100U, 1000U}) {
-    const double tau_s = 0.01 * static_cast<double>(m);
-    EXPECT_NEAR(allan_deviation(white, 0.01, m) / (random_walk / std::sqrt(tau_s)), 1, 0.1) << tau_s;
-  }
-  const auto wandering = standing_gyro(0, 1e-3, 2000);
-  for (const std::size_t m : {100U, 1000U}) {
-    const double tau_s = 0.01 * static_cast<double>(m);
-    EXPECT_NEAR(allan_deviation(wandering, 0.01, m) / (1e-3 * std::sqrt(tau_s / 3)), 1, 0.15) << tau_s;
-  }
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 #include "waymark/simulation/sensors/tag_camera.hpp"
 
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include "waymark/simulation/world/world_check.hpp"
 
@@ -114,6 +116,31 @@ TEST(WorldCheck, NamesTagsThatOverlapAndThoseThatAreHidden) {
   const auto overlapping = check_world(two_tags({1.5, 0, 0.5}, {1.5, 0.1, 0.5}), robot(), camera());
   ASSERT_TRUE(overlapping);
   EXPECT_EQ(overlapping->overlapping, (std::vector<std::pair<TagId, TagId>>{{kNear, kFar}}));
+}
+
+TEST(TagCamera, NoiseIsAsItsCovarianceSays) {
+  World world;
+  world.tags.tags[TagId{.number = 3}] = {.map_T_tag = SE3(SO3(), {0.1, 0, 1.5}), .size_m = 0.16};
+  const CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 442, .fy = 443, .cx = 320, .cy = 240}, 640, 480).value();
+  const auto truth = visible_corners(camera, SE3(SO3(), {0.1, 0, 1.5}), 0.16);
+  ASSERT_TRUE(truth);
+  Random random(5);
+  double normalized = 0;
+  int seen = 0;
+  constexpr int kFrames = 4000;
+  for (int i = 0; i < kFrames; ++i) {
+    const TagFrame frame = see_tags(world, camera, SE3(), SensorTime{}, {.miss_probability = 0.1}, random);
+    if (frame.detections.empty()) continue;
+    ++seen;
+    const TagDetection& tag = frame.detections[0];
+    Eigen::Matrix<double, 8, 1> error;
+    for (std::size_t k = 0; k < 4; ++k)
+      error.segment<2>(2 * static_cast<Eigen::Index>(k)) = tag.corners_px[k] - (*truth)[k];
+    normalized += error.dot(tag.corner_covariance_px2->inverse() * error);
+  }
+  EXPECT_NEAR(seen, 0.9 * kFrames, 4 * std::sqrt(0.09 * kFrames));
+  EXPECT_NEAR(normalized / seen, 8.0, 4 * std::sqrt(16.0 / seen));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -12,6 +13,16 @@ namespace waymark {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+
+TEST(UprightTag, FacesItsReader) {
+  const SE3 map_T_tag = upright_tag({1, 2, 0.3}, std::numbers::pi / 2);
+  EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12))
+      << "z into the tag";
+  EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d(0, 0, -1), 1e-12))
+      << "y down";
+  EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d(-1, 0, 0), 1e-12))
+      << "x right";
+}
 
 TEST(World, ALeaningTagTurnsItsFaceUp) {
   const SE3 upright = leaning_tag({1, 2, 0.5}, 0.3, 0);
@@ -77,6 +88,27 @@ TEST(World, ACameraReadsTheBackOfABoardOnlyWhereThereIsOne) {
     EXPECT_NEAR(frame.detections[0].corners_px[1].x() - frame.detections[0].corners_px[0].x(),
                 500 * 0.24 / 1.98, 3);
   }
+}
+
+std::vector<Eigen::Vector2d> circle(double radius, int points) {
+  std::vector<Eigen::Vector2d> result;
+  for (int i = 0; i < points; ++i) {
+    const double a = 2 * std::numbers::pi * i / points;
+    result.emplace_back(radius * std::cos(a), radius * std::sin(a));
+  }
+  return result;
+}
+
+TEST(Path, OfPointsOnACircleIsNearlyTheCircle) {
+  const auto path = sample_path(circle(2.0, 60), true, 0.02);
+  ASSERT_FALSE(path.empty());
+  const double length = path.back().arc_length_m + path[1].arc_length_m;
+  EXPECT_NEAR(length, 4 * std::numbers::pi, 1e-3);
+  for (const PathPoint& point : path) {
+    EXPECT_NEAR(point.map_T_path.translation().norm(), 2.0, 1e-4);
+    EXPECT_NEAR(point.curvature_1_m, 0.5, 0.01);
+  }
+  EXPECT_TRUE(sample_path({{0, 0}, {1, 1}}, true, 0.02).empty());
 }
 
 constexpr Hull kSmall{.front_m = 0.2, .rear_m = 0.1, .width_m = 0.2, .height_m = 0.25};

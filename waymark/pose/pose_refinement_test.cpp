@@ -1,4 +1,4 @@
-#include "waymark/pose/reprojection.hpp"
+#include "waymark/pose/pose_refinement.hpp"
 
 #include <limits>
 

@@ -1,9 +1,8 @@
-#include "waymark/samples/corners.hpp"
-
-#include <Eigen/Core>
-#include <Eigen/Geometry>
+#include "waymark/samples/tag_detection.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "waymark/base/random.hpp"
 
