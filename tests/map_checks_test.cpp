@@ -9,8 +9,7 @@
 #include "tests/support/circuit_lap.hpp"
 #include "tests/support/warehouse.hpp"
 #include "waymark/evaluation/map_errors.hpp"
-#include "waymark/mapping/lap/lap_diagnosis.hpp"
-#include "waymark/mapping/lap/loop_closure.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
 
 namespace waymark {
 namespace {

@@ -10,9 +10,9 @@
 #include "waymark/base/message_text.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/geometry/dense.hpp"
-#include "waymark/mapping/lap/anchor_stance.hpp"
+#include "waymark/mapping/lap/chain.hpp"
+#include "waymark/mapping/lap/floor_observations.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
-#include "waymark/mapping/lap/teach_chain.hpp"
 
 namespace waymark {
 namespace {

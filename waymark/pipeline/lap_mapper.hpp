@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "waymark/mapping/lap/bundle_map.hpp"
-#include "waymark/mapping/lap/left_out.hpp"
-#include "waymark/mapping/lap/loop_closure.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/samples/route.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "waymark/camera/camera_model.hpp"
-#include "waymark/mapping/lap/teach_chain.hpp"
+#include "waymark/mapping/lap/chain.hpp"
 #include "waymark/pipeline/tag_links.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"

@@ -115,14 +115,11 @@ class Growth {
 /// A tag that does not fit to first order is tried in earnest if a first-order step explains all but this
 /// part of its chi2.
 constexpr double kUnexplained = 0.25;
-
 /// How often a tag may be sent away and come back when the others have changed.
 constexpr int kMostExpulsions = 2;
-
 /// The map's uncertainty is linearised again when the pose has moved by this many standard deviations, this
 /// often at most.
 constexpr double kMovedSigmas = 0.1;
-
 constexpr int kMostLinearisations = 4;
 
 bool Growth::may_join(std::size_t i) const {

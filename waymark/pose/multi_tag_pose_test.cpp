@@ -1,4 +1,3 @@
-// What the joint pose does with tags it cannot use.
 #include "waymark/pose/multi_tag_pose.hpp"
 
 #include <algorithm>
@@ -204,6 +203,8 @@ TEST(MultiTagPose, TwoTagsThatContradictEachOtherAreNotDecided) {
     EXPECT_TRUE(truth_is_among_them);
   }
 }
+
+// What it does with tags that it cannot use.
 
 TEST(MultiTagPose, TagsThatAreNotInTheMapAreSaid) {
   Random random(11);

@@ -1,6 +1,3 @@
-// What one tag's pose does with corners it cannot use.
-// Monte Carlo: is the estimate as good as the corners allow, and does its covariance say how good it is?
-// OpenCV's IPPE_SQUARE, by the authors of the method, beside ours.
 #include "waymark/pose/tag_pose.hpp"
 
 #include <cmath>
@@ -233,6 +230,8 @@ TEST(StandardDeviations, AreThoseOfThePosition) {
   EXPECT_THAT(d.rotation_rad, MatrixNear(Eigen::Vector3d(0.01, 0, 0), 1e-12));
 }
 
+// What it does with corners that it cannot use.
+
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
@@ -312,6 +311,8 @@ TEST(TagPose, GarbageGivesAnErrorOrFiniteNumbers) {
   }
   EXPECT_GT(poses, 100);
 }
+
+// Monte Carlo: is the estimate as good as the corners allow, and does its covariance say how good it is?
 
 using testing::ViewRange;
 
@@ -426,6 +427,8 @@ TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
   EXPECT_LT(s.position_ratio(), 1.1);
   EXPECT_GT(s.mean_nees(), 6.5);
 }
+
+// OpenCV's IPPE_SQUARE, by the authors of the method, beside ours.
 
 /// OpenCV wants the corners with y up and z towards the reader: our tag frame turned by pi about x.
 const SO3 kTurned = SO3::exp({3.14159265358979323846, 0, 0});

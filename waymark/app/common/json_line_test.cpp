@@ -2,13 +2,10 @@
 #include "waymark/app/common/json_line.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-#include "waymark/app/tags/tag_prints.hpp"
 
 namespace waymark {
 namespace {
@@ -38,17 +35,6 @@ TEST(JsonLine, IsOneLineWhateverItHolds) {
   const auto read = nlohmann::json::parse(line);
   EXPECT_THAT(read["name"].get<std::string>(),
               AllOf(HasSubstr("a\nb\"\\\t"), HasSubstr("\xEF\xBF\xBD"), HasSubstr("end")));
-}
-
-/// What the shell makes of a word.
-std::string echoed(const std::string& word) {
-  const std::string command = "printf %s " + word;
-  std::FILE* pipe = ::popen(command.c_str(), "r");
-  EXPECT_NE(pipe, nullptr);
-  std::string text;
-  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
-  EXPECT_EQ(::pclose(pipe), 0) << command;
-  return text;
 }
 
 }  // namespace

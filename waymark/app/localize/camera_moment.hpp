@@ -51,7 +51,7 @@ struct CameraMoment {
 [[nodiscard]] CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera);
 
 /// The poses of a live camera's pictures, one after the other, with what corners err by beyond what their
-/// detector says (corner_error.hpp) as the last hundred pictures with a pose have it. O(1) each.
+/// detector says (common_corner_error_px()) as the last hundred pictures with a pose have it. O(1) each.
 class LiveMoments {
  public:
   /// Both outlive it.
@@ -72,7 +72,7 @@ class LiveMoments {
 struct CameraMoments {
   std::vector<CameraMoment> moments{};  ///< one a picture
   /// What each corner coordinate errs by beyond what its detector says [px], as the residuals of all
-  /// pictures have it (corner_error.hpp); it is in the poses' covariances.
+  /// pictures have it (common_corner_error_px()); it is in the poses' covariances.
   double corner_error_px = 0;
 };
 

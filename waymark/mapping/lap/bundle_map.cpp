@@ -6,17 +6,13 @@
 #include <optional>
 #include <set>
 
-#include "waymark/mapping/lap/corner_noise.hpp"
-#include "waymark/mapping/lap/duplicate_tags.hpp"
-#include "waymark/mapping/lap/lap_confirmation.hpp"
 #include "waymark/mapping/lap/lost_poses.hpp"
-#include "waymark/mapping/lap/mounting_halves.hpp"
-#include "waymark/mapping/lap/mounting_spread.hpp"
-#include "waymark/mapping/lap/prior_agreement.hpp"
-#include "waymark/mapping/lap/prior_terms.hpp"
+#include "waymark/mapping/lap/mounting.hpp"
+#include "waymark/mapping/lap/noise.hpp"
+#include "waymark/mapping/lap/prior_map.hpp"
 #include "waymark/mapping/lap/rough_odometry.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
-#include "waymark/mapping/lap/trajectory_jumps.hpp"
+#include "waymark/mapping/lap/wrong_ids.hpp"
 #include "waymark/mapping/solver/image_region.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
 

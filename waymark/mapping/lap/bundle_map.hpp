@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "waymark/mapping/lap/lap_bundle.hpp"
-#include "waymark/mapping/lap/mounting_estimate.hpp"
-#include "waymark/mapping/lap/turn_noise.hpp"
+#include "waymark/mapping/lap/mounting.hpp"
+#include "waymark/mapping/lap/noise.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
 
 namespace waymark {

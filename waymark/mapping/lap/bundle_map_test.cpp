@@ -9,7 +9,7 @@
 
 #include "tests/support/warehouse.hpp"
 #include "waymark/geometry/lie.hpp"
-#include "waymark/mapping/lap/left_out.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
 
 namespace waymark {
 namespace {

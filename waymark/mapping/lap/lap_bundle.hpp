@@ -3,11 +3,13 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "waymark/base/fields.hpp"
-#include "waymark/mapping/lap/teach_chain.hpp"
+#include "waymark/mapping/lap/chain.hpp"
 #include "waymark/mapping/solver/bundle.hpp"
+#include "waymark/pose/agreement.hpp"
 
 namespace waymark {
 
@@ -124,3 +126,16 @@ void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
              LapBundle& result);
 
 }  // namespace waymark
+
+namespace waymark::internal {
+
+/// Where a tag would have to be for one observation from a known base pose, once for each of its poses that
+/// is possible; empty when the observation gives no pose. `camera`: the name of the one that saw it.
+[[nodiscard]] Vote<SE3> vote_for_place(const TagDetection& detection, const std::string& camera,
+                                       const LapInput& lap, const SE3& map_T_base);
+
+/// Where the base would have to be for one observation of a tag in a known place.
+[[nodiscard]] Vote<SE3> vote_for_base(const TagDetection& detection, const std::string& camera,
+                                      const LapInput& lap, const SE3& map_T_tag);
+
+}  // namespace waymark::internal

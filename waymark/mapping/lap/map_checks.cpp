@@ -1,17 +1,23 @@
 #include "waymark/mapping/lap/map_checks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <numbers>
+#include <numeric>
 #include <optional>
 #include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/base/angles.hpp"
+#include "waymark/geometry/dense.hpp"
+#include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/mapping/lap/lap_diagnosis.hpp"
-#include "waymark/mapping/lap/left_out.hpp"
-#include "waymark/mapping/lap/tag_votes.hpp"
+#include "waymark/mapping/lap/lap_bundle.hpp"
+#include "waymark/mapping/lap/motion_tracks.hpp"
 #include "waymark/pose/agreement.hpp"
 #include "waymark/samples/tag_detection.hpp"
 
@@ -265,4 +271,319 @@ std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
   return words;
 }
 
+namespace {
+
+using internal::Vote;
+using internal::vote_for_place;
+using Reason = LeftOutReason;
+
+constexpr std::array<const char*, kLeftOutReasons> kOfMany = {
+    "{} put the tag elsewhere (a wrong id, or it was moved)", "{} show the other of its two poses",
+    "{} have inexact corners", "{} give no pose"};
+constexpr std::array<const char*, kLeftOutReasons> kOfOne = {"{} elsewhere", "{} as the other pose",
+                                                             "{} inexact", "{} without a pose"};
+
+Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
+  if (vote.empty()) return Reason::NoPose;
+  if (tag == nullptr) return Reason::Elsewhere;
+  if (distance2(vote.front(), tag->map_T_tag) < internal::kPoseGate) return Reason::Inexact;
+  const bool other = vote.size() > 1 && distance2(vote.back(), tag->map_T_tag) < internal::kPoseGate;
+  return other ? Reason::OtherPose : Reason::Elsewhere;
+}
+
+/// Where an id is twice in a frame, the one that contradicts more is meant.
+Reason reason_of(const RejectedObservation& observation, const LapInput& lap, const BundleMap& map) {
+  const auto frames = std::ranges::equal_range(lap.frames, observation.stamp, {}, &TagFrame::stamp);
+  const auto base = std::ranges::lower_bound(map.trajectory, observation.stamp, {}, &StampedPose::stamp);
+  Reason reason = Reason::NoPose;
+  if (base == map.trajectory.end() || base->stamp != observation.stamp) return reason;
+  for (const TagFrame& frame : frames) {
+    for (const TagDetection& seen : frame.detections) {
+      if (seen.tag != observation.tag) continue;
+      const Vote<SE3> vote = vote_for_place(seen, frame.camera, lap, base->map_T_base);
+      reason = std::min(reason, reason_of(vote, map.map.find(observation.tag)));
+    }
+  }
+  return reason;
+}
+
+int sum(const LeftOutCounts& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
+
+std::string in_words(const LeftOutCounts& counts, const std::array<const char*, kLeftOutReasons>& reasons) {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] > 0) words.push_back(fmt::format(fmt::runtime(reasons[i]), counts[i]));
+  }
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+/// "tag36h11:7 (14 of 90: 12 elsewhere, 2 inexact)", those that lost most.
+std::string worst_tags(const std::map<TagId, LeftOutCounts>& left_out, const BundleMap& map) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::pair<TagId, LeftOutCounts>> tags(left_out.begin(), left_out.end());
+  std::ranges::stable_sort(tags, std::greater<>{}, [](const auto& tag) { return sum(tag.second); });
+  tags.resize(std::min(tags.size(), kMost));
+  std::vector<std::string> words;
+  for (const auto& [tag, counts] : tags) {
+    const auto used = map.observations.find(tag);
+    words.push_back(fmt::format("{} ({} of {}: {})", to_string(tag), sum(counts),
+                                sum(counts) + (used == map.observations.end() ? 0 : used->second),
+                                in_words(counts, kOfOne)));
+  }
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+}  // namespace
+
+const char* to_string(LeftOutReason reason) {
+  constexpr std::array<const char*, kLeftOutReasons> kNames = {"elsewhere", "other_pose", "inexact_corners",
+                                                               "no_pose"};
+  return kNames[static_cast<std::size_t>(reason)];
+}
+
+std::map<TagId, LeftOutCounts> left_out_by_tag(const LapInput& lap, const BundleMap& map) {
+  std::map<TagId, LeftOutCounts> left_out;
+  for (const RejectedObservation& observation : map.rejected)
+    ++left_out[observation.tag][static_cast<std::size_t>(reason_of(observation, lap, map))];
+  return left_out;
+}
+
+void internal::check_observations(const LapInput& lap, const BundleMap& map,
+                                  std::vector<std::string>& words) {
+  int used = 0;
+  for (const auto& [id, observations] : map.observations) used += observations;
+  const int all = used + static_cast<int>(map.rejected.size());
+  constexpr double kMany = 0.03;
+  if (all == 0 || static_cast<double>(map.rejected.size()) < kMany * all) return;
+  const std::map<TagId, LeftOutCounts> left_out = left_out_by_tag(lap, map);
+  LeftOutCounts over_the_lap{};
+  for (const auto& [tag, counts] : left_out) {
+    for (std::size_t i = 0; i < counts.size(); ++i) over_the_lap[i] += counts[i];
+  }
+  words.push_back(
+      fmt::format("{} of {} observations of tags contradict the others and were left out: {}; most of {}",
+                  map.rejected.size(), all, in_words(over_the_lap, kOfMany), worst_tags(left_out, map)));
+}
+
+namespace {
+
+/// A frame that saw a tag, and where the map has the base then.
+struct Visit {
+  const TagDetection* seen = nullptr;
+  const TagFrame* frame = nullptr;
+  const StampedPose* base = nullptr;
+};
+using Visits = std::map<TagId, std::vector<Visit>>;
+
+/// The observations in use of each tag of the map, in time.
+Visits visits_of(const LapInput& lap, const BundleMap& map) {
+  std::set<std::pair<SensorTime, TagId>> rejected;
+  for (const RejectedObservation& observation : map.rejected)
+    rejected.insert({observation.stamp, observation.tag});
+  Visits visits;
+  for (const TagFrame& frame : lap.frames) {
+    const auto base = std::ranges::lower_bound(map.trajectory, frame.stamp, {}, &StampedPose::stamp);
+    if (base == map.trajectory.end() || base->stamp != frame.stamp) continue;
+    for (const TagDetection& seen : frame.detections) {
+      if (map.map.find(seen.tag) != nullptr && !rejected.contains({frame.stamp, seen.tag}))
+        visits[seen.tag].push_back({&seen, &frame, &*base});
+    }
+  }
+  return visits;
+}
+
+/// Where the observations of a tag put it, from where the map has the base.
+std::optional<SE3> place_by(const LapInput& lap, std::vector<Visit>::const_iterator first,
+                            std::vector<Visit>::const_iterator last) {
+  std::vector<internal::Vote<SE3>> votes;
+  for (auto visit = first; visit != last; ++visit)
+    votes.push_back(
+        internal::vote_for_place(*visit->seen, visit->frame->camera, lap, visit->base->map_T_base));
+  const auto agreed = internal::agree(votes, internal::kPoseGate);
+  return agreed ? std::optional(agreed->value.mean) : std::nullopt;
+}
+
+double way_between(const Trajectory& trajectory, const StampedPose* from, const StampedPose* to) {
+  double metres = 0;
+  for (const StampedPose& pose : trajectory) {
+    if (pose.stamp <= from->stamp || pose.stamp > to->stamp) continue;
+    metres += (pose.map_T_base.translation() - (&pose - 1)->map_T_base.translation()).norm();
+  }
+  return metres;
+}
+
+/// The two observations between which a tag was out of sight for longest.
+struct Gap {
+  const std::vector<Visit>* of_tag = nullptr;
+  std::size_t after = 0;  ///< the first observation once it is back
+  double away_s = 0;
+};
+
+Gap longest_gap(const Visits& visits) {
+  Gap longest;
+  for (const auto& [tag, of_tag] : visits) {
+    for (std::size_t i = 1; i < of_tag.size(); ++i) {
+      const double away_s = to_seconds(of_tag[i].base->stamp - of_tag[i - 1].base->stamp);
+      if (away_s > longest.away_s) longest = {&of_tag, i, away_s};
+    }
+  }
+  return longest;
+}
+
+}  // namespace
+
+std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& map) {
+  constexpr double kLeast_s = 10;
+  const Visits visits = visits_of(lap, map);
+  const Gap gap = longest_gap(visits);
+  if (gap.away_s < kLeast_s) return std::nullopt;
+  const auto back = gap.of_tag->begin() + static_cast<std::ptrdiff_t>(gap.after);
+  const StampedPose* left = std::prev(back)->base;
+  const StampedPose* returned = back->base;
+  const OdometryTrack track(lap.odometry);
+  const auto odom_from = track.at(left->stamp);
+  const auto odom_to = track.at(returned->stamp);
+  const auto first = place_by(lap, gap.of_tag->begin(), back);
+  const auto again = place_by(lap, back, gap.of_tag->end());
+  if (!odom_from || !odom_to || !first || !again) return std::nullopt;
+  const SE2 by_map = project_to_plane(left->map_T_base.inverse() * returned->map_T_base);
+  const SE2 off = by_map.inverse() * (odom_from->inverse() * *odom_to);
+  return LoopClosure{.tag = back->seen->tag,
+                     .away_s = gap.away_s,
+                     .way_m = way_between(map.trajectory, left, returned),
+                     .before_m = off.translation().norm(),
+                     .before_rad = std::abs(off.yaw()),
+                     .after_m = (first->translation() - again->translation()).norm()};
+}
+
 }  // namespace waymark
+
+namespace waymark::internal {
+
+void check_regions(const BundleMap& map, std::vector<std::string>& words) {
+  constexpr std::array<const char*, 9> kNames = {
+      "upper left", "top", "upper right", "left", "middle", "right", "lower left", "bottom", "lower right"};
+  constexpr int kEnough = 40;
+  constexpr double kWorthSaying_px = 0.25;
+  std::size_t worst = kNames.size();
+  double farthest = kWorthSaying_px;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    const ResidualRegion& region = map.regions[i];
+    const double off = region.mean_px.norm();
+    if (region.corners < kEnough || off < farthest || off < 0.5 * region.rms_px) continue;
+    worst = i;
+    farthest = off;
+  }
+  constexpr double kFarWorse = 3;
+  if (worst == kNames.size() && map.noise_ratio > kFarWorse)
+    words.push_back(
+        fmt::format("corners are {:.0f} times less exact than the detector says: is the calibration this "
+                    "camera's, and are the tags flat? `waymark calibrate camera` measures it",
+                    map.noise_ratio));
+  if (worst == kNames.size()) return;
+  const ResidualRegion& region = map.regions[worst];
+  words.push_back(
+      fmt::format("corners in the {} of the picture are all off by ({:+.2f}, {:+.2f}) px: is the calibration "
+                  "this camera's? `waymark calibrate camera` measures it",
+                  kNames[worst], -region.mean_px.x(), -region.mean_px.y()));
+}
+
+void check_line(const BundleMap& map, std::vector<std::string>& words) {
+  constexpr double kNarrow = 0.03;
+  if (map.map.tags.size() < 3) return;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& [id, tag] : map.map.tags)
+    mean += tag.map_T_tag.translation() / static_cast<double>(map.map.tags.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const auto& [id, tag] : map.map.tags) {
+    const Eigen::Vector3d off = tag.map_T_tag.translation() - mean;
+    scatter += off * off.transpose();
+  }
+  const Eigen::Vector3d spread = symmetric_eigenvalues<3>(scatter).cwiseMax(0.0).cwiseSqrt();
+  if (spread[1] > kNarrow * spread[2]) return;
+  words.emplace_back(
+      "all tags stand on one line: the map may turn about it, and what lies across it is known badly; put "
+      "one "
+      "tag well aside");
+}
+
+void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+  constexpr double kLong_s = 2.0;
+  std::set<std::pair<SensorTime, TagId>> rejected;
+  for (const RejectedObservation& observation : map.rejected)
+    rejected.insert({observation.stamp, observation.tag});
+  std::optional<SensorTime> last;
+  double longest = kLong_s;
+  SensorTime from{};
+  for (const TagFrame& frame : lap.frames) {
+    const bool sees = std::ranges::any_of(frame.detections, [&](const TagDetection& seen) {
+      return map.map.find(seen.tag) != nullptr && !rejected.contains({frame.stamp, seen.tag});
+    });
+    if (!sees) continue;
+    if (last && to_seconds(frame.stamp - *last) > longest) {
+      longest = to_seconds(frame.stamp - *last);
+      from = *last;
+    }
+    last = frame.stamp;
+  }
+  if (longest <= kLong_s) return;
+  words.push_back(
+      fmt::format("no mapped tag was seen for {:.1f} s from {:.1f} s on: only the wheels say what is beyond; "
+                  "was the camera "
+                  "covered? Otherwise put a tag there",
+                  longest, to_seconds(from - lap.frames.front().stamp)));
+}
+
+namespace {
+
+/// "-12 mm forward (+- 4), ...": what of a mounting is off by more than chance and than what is printed.
+std::vector<std::string> what_is_off(const MountingEstimate& mounting) {
+  struct Number {
+    double unit;
+    int digits;
+    const char* name;
+  };
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  constexpr std::array<Number, 6> kPrinted = {{{1000, 0, " mm forward"},
+                                               {1000, 0, " mm to the left"},
+                                               {1000, 0, " mm up"},
+                                               {kDegrees, 1, " deg about the axis ahead"},
+                                               {kDegrees, 1, " deg downwards"},
+                                               {kDegrees, 1, " deg to the left"}}};
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < kPrinted.size(); ++i) {
+    const Number& number = kPrinted[i];
+    const double off = number.unit * mounting.off[static_cast<Eigen::Index>(i)];
+    const double range = 2 * number.unit * mounting.sigma[static_cast<Eigen::Index>(i)];
+    const double least = std::max(range, 1.5 * std::pow(10.0, -number.digits));
+    if (mounting.untold[i] || std::abs(off) < least) continue;
+    words.push_back(
+        fmt::format("{:+.{}f}{} (+- {:.{}f})", off, number.digits, number.name, range, number.digits));
+  }
+  return words;
+}
+
+}  // namespace
+
+void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
+  if (!map.mounting || !(map.mounting->stands_out() || map.mounting_used)) return;
+  const std::vector<std::string> off = what_is_off(*map.mounting);
+  if (!off.empty())
+    words.push_back(fmt::format(
+        "the camera seems to sit elsewhere than the robot's file says: {}{}", fmt::join(off, ", "),
+        map.mounting_used ? ": taken into account, here and in the robot.yaml beside the map"
+                          : "; it was not taken into account, `waymark calibrate robot` measures it"));
+  if (!map.mounting_used) return;
+  constexpr std::array<const char*, 6> kNames = {"how far forward", "how far to the left", "how high",
+                                                 "its roll",        "its pitch",           "its yaw"};
+  std::vector<const char*> untold;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if (map.mounting->untold[i]) untold.push_back(kNames[i]);
+  }
+  words.push_back(fmt::format(
+      "of where the camera sits the lap does not tell {}: there the robot's file is trusted. Bends to both "
+      "sides at two speeds tell all but the height",
+      fmt::join(untold, ", ")));
+}
+
+}  // namespace waymark::internal

@@ -1,11 +1,15 @@
 // What a person is told of a map before trusting it: a ring whose map is the truth, one thing spoiled at a
 // time.
+// Why an observation contradicts a map, by what it shows.
+// What a lap that comes back says of its wheels and of its map, on a ring whose truth is known.
+// What is said of a lap as a whole: the lens, a line of tags, times without a tag, the camera's place.
 #include "waymark/mapping/lap/map_checks.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/ring_drive.hpp"
+#include "waymark/base/angles.hpp"
 
 namespace waymark {
 namespace {
@@ -162,5 +166,350 @@ TEST(MapCheck, WhatChangedSinceThePriorMapIsPassedOn) {
   EXPECT_THAT(check_map(drive.lap, map), ElementsAre("tag36h11:3 stands elsewhere"));
 }
 
+using test::drive_ring;
+using test::ring_tag;
+using test::RingDrive;
+using test::true_map;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::size_t kFrame = 40;
+
+/// The detection of the first tag that a frame shows.
+TagDetection& seen_in(RingDrive& drive, std::size_t frame = kFrame) {
+  return drive.lap.frames[frame].detections.front();
+}
+
+LeftOutCounts counts_of(const RingDrive& drive, const TagId& tag) {
+  BundleMap map = true_map(drive);
+  test::reject(drive, tag, kFrame, kFrame + 1, map);
+  return left_out_by_tag(drive.lap, map).at(tag);
+}
+
+TEST(LeftOut, ATagThatIsWhereItShouldBeHadInexactCorners) {
+  RingDrive drive = drive_ring();
+  EXPECT_EQ(counts_of(drive, seen_in(drive).tag), (LeftOutCounts{0, 0, 1, 0}));
+}
+
+TEST(LeftOut, AnotherTagUnderThisIdIsElsewhere) {
+  RingDrive drive = drive_ring();
+  auto& detections = drive.lap.frames[kFrame].detections;
+  ASSERT_GE(detections.size(), 2U);
+  std::swap(detections[0].tag, detections[1].tag);
+  EXPECT_EQ(counts_of(drive, detections[0].tag), (LeftOutCounts{1, 0, 0, 0}));
+}
+
+TEST(LeftOut, AnIdThatIsNotInTheMapIsElsewhere) {
+  RingDrive drive = drive_ring();
+  seen_in(drive).tag = ring_tag(99);
+  EXPECT_EQ(counts_of(drive, ring_tag(99)), (LeftOutCounts{1, 0, 0, 0}));
+}
+
+TEST(LeftOut, CornersThatAreNoSquareGiveNoPoseAndSoDoesAFrameWithoutOne) {
+  RingDrive drive = drive_ring();
+  TagDetection& seen = seen_in(drive);
+  seen.corners_px[1] = seen.corners_px[2] = seen.corners_px[0];
+  EXPECT_EQ(counts_of(drive, seen.tag), (LeftOutCounts{0, 0, 0, 1}));
+  RingDrive lost = drive_ring();
+  BundleMap map = true_map(lost);
+  test::reject(lost, seen_in(lost).tag, kFrame, kFrame + 1, map);
+  map.trajectory.erase(map.trajectory.begin() + kFrame);
+  EXPECT_EQ(left_out_by_tag(lost.lap, map).at(seen_in(lost).tag), (LeftOutCounts{0, 0, 0, 1}));
+}
+
+TEST(LeftOut, ATagThatStandsAsItsOtherPoseIsToldFromOneThatWasMoved) {
+  RingDrive drive = drive_ring();
+  const TagId tag = seen_in(drive).tag;
+  BundleMap map = true_map(drive);
+  // The map has the tag turned to the mirror image of its pose about the line of sight.
+  const SE3 map_T_cam = drive.truth[kFrame].map_T_base * drive.lap.base_T_cam;
+  const SE3 cam_T_tag = map_T_cam.inverse() * drive.tags.tags.at(tag).map_T_tag;
+  const auto observed = observe(drive.lap.frames[kFrame], drive.lap);
+  const auto of_tag = std::ranges::find(observed.tags, tag, &TagPoseObservation::tag);
+  ASSERT_NE(of_tag, observed.tags.end());
+  ASSERT_TRUE(of_tag->other) << "seen from too near for two poses";
+  EXPECT_LT((of_tag->cam_T_tag.translation() - cam_T_tag.translation()).norm(), 0.01);
+  map.map.tags.at(tag).map_T_tag = map_T_cam * of_tag->other->cam_T_tag;
+  test::reject(drive, tag, kFrame, kFrame + 1, map);
+  const LeftOutCounts counts = left_out_by_tag(drive.lap, map).at(tag);
+  EXPECT_EQ(counts[static_cast<std::size_t>(LeftOutReason::OtherPose)], 1);
+}
+
+TEST(LeftOut, OfAnIdThatIsTwiceInAFrameTheWorseIsMeant) {
+  RingDrive drive = drive_ring();
+  auto& detections = drive.lap.frames[kFrame].detections;
+  ASSERT_GE(detections.size(), 2U);
+  detections[1].tag = detections[0].tag;
+  BundleMap map = true_map(drive);
+  map.rejected.push_back({drive.lap.frames[kFrame].stamp, detections[0].tag, 1e6});
+  EXPECT_EQ(left_out_by_tag(drive.lap, map).at(detections[0].tag), (LeftOutCounts{1, 0, 0, 0}));
+}
+
+TEST(LeftOut, EveryReasonHasItsWord) {
+  const std::vector<std::string> words = {"elsewhere", "other_pose", "inexact_corners", "no_pose"};
+  for (std::size_t i = 0; i < kLeftOutReasons; ++i)
+    EXPECT_EQ(to_string(static_cast<LeftOutReason>(i)), words[i]);
+}
+
+TEST(LeftOut, OnlyManyAreWorthASentenceWhichNamesTheTagsThatLostMost) {
+  const RingDrive drive = drive_ring();
+  BundleMap map = true_map(drive);
+  int all = 0;
+  for (const auto& [id, count] : map.observations) all += count;
+  std::vector<std::string> words;
+  internal::check_observations(drive.lap, map, words);
+  EXPECT_THAT(words, IsEmpty());
+  test::reject(drive, ring_tag(3), 0, drive.lap.frames.size(), map);
+  const auto rejected = map.rejected.size();
+  ASSERT_GT(static_cast<double>(rejected), 0.03 * all);
+  internal::check_observations(drive.lap, map, words);
+  EXPECT_THAT(
+      words, ElementsAre(
+                 AllOf(HasSubstr(std::to_string(rejected) + " of " + std::to_string(all) + " observations"),
+                       HasSubstr(std::to_string(rejected) + " have inexact corners"),
+                       HasSubstr("most of tag36h11:3 (" + std::to_string(rejected) + " of " +
+                                 std::to_string(rejected) + ": " + std::to_string(rejected) + " inexact)"))));
+  words.clear();
+  internal::check_observations({.camera = test::ring_camera()}, {}, words);
+  EXPECT_THAT(words, IsEmpty());
+}
+
+using test::drive_ring;
+using test::ring_tag;
+using test::RingDrive;
+using test::true_map;
+
+TEST(LoopClosure, ExactWheelsAndAnExactMapCloseExactly) {
+  const RingDrive drive = drive_ring();
+  const auto loop = loop_closure(drive.lap, true_map(drive));
+  ASSERT_TRUE(loop);
+  EXPECT_GT(loop->away_s, 10);
+  EXPECT_NEAR(loop->way_m, 0.5 * loop->away_s, 0.01) << "a frame in 0.1 s and every 5 cm";
+  EXPECT_LT(loop->before_m, 1e-6);
+  EXPECT_LT(loop->before_rad, 1e-6);
+  EXPECT_LT(loop->after_m, 1e-4);
+}
+
+TEST(LoopClosure, WheelsThatTellTooLittleOfTheWayAreOffByThat) {
+  const RingDrive drive = drive_ring({.told_distance = 0.9});
+  const auto loop = loop_closure(drive.lap, true_map(drive));
+  ASSERT_TRUE(loop);
+  // On the same arc with nine tenths of its radius: the chord is a tenth shorter.
+  const double turned_rad = loop->way_m;
+  EXPECT_NEAR(loop->before_m, 0.1 * 2 * std::abs(std::sin(turned_rad / 2)), 1e-3);
+  EXPECT_LT(loop->before_rad, 1e-6);
+}
+
+TEST(LoopClosure, WheelsThatTellTooLittleOfTheTurnsLoseTheHeading) {
+  const RingDrive drive = drive_ring({.told_yaw = 0.98});
+  const auto loop = loop_closure(drive.lap, true_map(drive));
+  ASSERT_TRUE(loop);
+  EXPECT_NEAR(loop->before_rad, 0.02 * loop->way_m, 1e-4)
+      << "a radius of a metre; chords are shorter than arcs";
+  EXPECT_GT(loop->before_m, 0.01);
+}
+
+TEST(LoopClosure, AWayThatDoesNotCloseInTheMapShowsAfterIt) {
+  const RingDrive drive = drive_ring();
+  BundleMap map = true_map(drive);
+  const auto closed = loop_closure(drive.lap, map);
+  ASSERT_TRUE(closed);
+  const SE3 aside({}, {0.03, -0.04, 0});
+  for (StampedPose& pose : map.trajectory) {
+    if (to_seconds(pose.stamp - map.trajectory.front().stamp) > 6) pose.map_T_base = aside * pose.map_T_base;
+  }
+  const auto loop = loop_closure(drive.lap, map);
+  ASSERT_TRUE(loop);
+  EXPECT_EQ(loop->tag, closed->tag);
+  EXPECT_NEAR(loop->after_m, 0.05, 1e-3);
+}
+
+TEST(LoopClosure, WhereTheMapStandsDoesNotMatter) {
+  const RingDrive drive = drive_ring({.told_distance = 0.97, .told_yaw = 1.01});
+  BundleMap moved = true_map(drive);
+  const SE3 by(SO3::from_rpy(0, 0, 2), {5, -3, 0});
+  for (auto& [id, tag] : moved.map.tags) tag.map_T_tag = by * tag.map_T_tag;
+  for (StampedPose& pose : moved.trajectory) pose.map_T_base = by * pose.map_T_base;
+  const auto here = loop_closure(drive.lap, true_map(drive));
+  const auto there = loop_closure(drive.lap, moved);
+  ASSERT_TRUE(here && there);
+  EXPECT_EQ(here->tag, there->tag);
+  EXPECT_NEAR(here->before_m, there->before_m, 1e-9);
+  EXPECT_NEAR(here->before_rad, there->before_rad, 1e-9);
+  EXPECT_NEAR(here->after_m, there->after_m, 1e-6);
+}
+
+TEST(LoopClosure, ObservationsThatTheMapLeavesOutDoNotCloseIt) {
+  const RingDrive drive = drive_ring();
+  BundleMap map = true_map(drive);
+  const auto loop = loop_closure(drive.lap, map);
+  ASSERT_TRUE(loop);
+  test::reject(drive, loop->tag, 100, drive.lap.frames.size(), map);
+  const auto another = loop_closure(drive.lap, map);
+  if (another) {
+    EXPECT_NE(another->tag, loop->tag);
+  }
+  for (int number = 0; number < 12; ++number) map.map.tags.erase(ring_tag(number));
+  EXPECT_FALSE(loop_closure(drive.lap, map)) << "of tags that are in the map";
+}
+
+TEST(LoopClosure, NothingComesBackInLessThanARound) {
+  const RingDrive open = drive_ring({.loops = 0.5});
+  EXPECT_FALSE(loop_closure(open.lap, true_map(open)));
+  RingDrive drive = drive_ring();
+  drive.lap.odometry.clear();
+  EXPECT_FALSE(loop_closure(drive.lap, true_map(drive))) << "without wheels there is no before";
+  EXPECT_FALSE(loop_closure({.camera = test::ring_camera()}, {}));
+}
+
 }  // namespace
 }  // namespace waymark
+
+namespace waymark::internal {
+namespace {
+
+using test::ring_tag;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using Words = std::vector<std::string>;
+
+Words regions_words(const BundleMap& map) {
+  Words words;
+  check_regions(map, words);
+  return words;
+}
+
+TEST(CheckRegions, NamesThePartThatIsOffMostAndWhereItsCornersAre) {
+  BundleMap map;
+  map.regions[2] = {.corners = 100, .mean_px = {-0.5, 0.25}, .rms_px = 0.7};
+  map.regions[6] = {.corners = 100, .mean_px = {0.3, 0}, .rms_px = 0.3};
+  // Projected less measured is (-0.5, 0.25): the corners are seen to the right of, and above, where they
+  // should be.
+  EXPECT_THAT(regions_words(map),
+              ElementsAre(AllOf(HasSubstr("in the upper right"), HasSubstr("(+0.50, -0.25) px"))));
+  map.regions[2].corners = 39;
+  EXPECT_THAT(regions_words(map), ElementsAre(HasSubstr("in the lower left"))) << "few corners tell nothing";
+  map.regions[6].rms_px = 0.7;
+  EXPECT_THAT(regions_words(map), IsEmpty()) << "off to all sides, not in one direction";
+}
+
+TEST(CheckRegions, EveryPartHasItsName) {
+  const Words names = {"upper left", "top",        "upper right", "left",       "middle",
+                       "right",      "lower left", "bottom",      "lower right"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    BundleMap map;
+    map.regions[i] = {.corners = 50, .mean_px = {1, 0}, .rms_px = 1};
+    EXPECT_THAT(regions_words(map), ElementsAre(HasSubstr("in the " + names[i] + " of the picture")));
+  }
+}
+
+TEST(CheckRegions, CornersThatAreWorseEverywhereAreNamed) {
+  BundleMap map{.noise_ratio = 4};
+  EXPECT_THAT(regions_words(map), ElementsAre(HasSubstr("4 times less exact than the detector says")));
+  map.noise_ratio = 3;
+  EXPECT_THAT(regions_words(map), IsEmpty());
+}
+
+Words line_words(const std::vector<Eigen::Vector3d>& places) {
+  BundleMap map;
+  int number = 0;
+  for (const Eigen::Vector3d& place : places)
+    map.map.tags[ring_tag(number++)] = {.map_T_tag = SE3({}, place)};
+  Words words;
+  check_line(map, words);
+  return words;
+}
+
+TEST(CheckLine, TagsOnALineInAnyDirectionAreNamed) {
+  Random random(3);
+  for (int round = 0; round < 10; ++round) {
+    const Eigen::Vector3d along =
+        Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+    const Eigen::Vector3d from(random.normal(), random.normal(), random.normal());
+    std::vector<Eigen::Vector3d> places;
+    for (int i = 0; i < 5; ++i) places.emplace_back(from + 0.7 * i * along);
+    EXPECT_EQ(line_words(places).size(), 1U);
+    const Eigen::Vector3d across = along.unitOrthogonal();
+    places[2] += 0.5 * across;
+    EXPECT_THAT(line_words(places), IsEmpty()) << "one stands aside";
+  }
+}
+
+TEST(CheckLine, TwoTagsAreNoLineToSpeakOf) {
+  EXPECT_THAT(line_words({{0, 0, 0}, {1, 0, 0}}), IsEmpty());
+  EXPECT_THAT(line_words({}), IsEmpty());
+}
+
+Words blindness(const LapInput& lap, const BundleMap& map) {
+  Words words;
+  check_blindness(lap, map, words);
+  return words;
+}
+
+TEST(CheckBlindness, TheLongestTimeWithoutAMappedTagIsNamed) {
+  test::RingDrive drive = test::drive_ring();
+  const BundleMap map = test::true_map(drive);
+  EXPECT_THAT(blindness(drive.lap, map), IsEmpty());
+  for (std::size_t f = 20; f < 45; ++f) drive.lap.frames[f].detections.clear();
+  for (std::size_t f = 60; f < 100; ++f) drive.lap.frames[f].detections.clear();
+  EXPECT_THAT(blindness(drive.lap, map), ElementsAre(HasSubstr("for 4.1 s from 5.9 s on")));
+  for (std::size_t f = 62; f < 100; f += 15)
+    drive.lap.frames[f].detections.push_back({.tag = ring_tag(77), .corners_px = {}});
+  EXPECT_THAT(blindness(drive.lap, map), ElementsAre(HasSubstr("for 4.1 s"))) << "77 is not in the map";
+}
+
+TEST(CheckBlindness, WhatTheMapLeavesOutWasNotSeen) {
+  test::RingDrive drive = test::drive_ring();
+  BundleMap map = test::true_map(drive);
+  for (int number = 0; number < 12; ++number) test::reject(drive, ring_tag(number), 30, 60, map);
+  EXPECT_THAT(blindness(drive.lap, map), ElementsAre(HasSubstr("for 3.1 s from 2.9 s on")));
+  for (TagFrame& frame : drive.lap.frames) frame.detections.clear();
+  EXPECT_THAT(blindness(drive.lap, map), IsEmpty()) << "nothing seen at all is said elsewhere";
+  drive.lap.frames.clear();
+  EXPECT_THAT(blindness(drive.lap, map), IsEmpty());
+}
+
+MountingEstimate mounting() {
+  MountingEstimate estimate{.camera = test::ring_camera()};
+  estimate.off << 0.024, 0.001, 0, to_radians(0.1), to_radians(-2), to_radians(1);
+  estimate.sigma << 0.004, 0.004, 1e-4, to_radians(0.3), to_radians(0.2), to_radians(0.6);
+  estimate.out = {true, false, false, false, true, false};
+  estimate.untold = {false, false, true, false, false, false};
+  return estimate;
+}
+
+Words mounting_words(const BundleMap& map) {
+  Words words;
+  check_mounting(map, words);
+  return words;
+}
+
+TEST(CheckMounting, SaysWhatIsOffByMoreThanChance) {
+  BundleMap map;
+  EXPECT_THAT(mounting_words(map), IsEmpty()) << "nobody looked";
+  map.mounting = mounting();
+  EXPECT_THAT(mounting_words(map),
+              ElementsAre(AllOf(HasSubstr("+24 mm forward (+- 8)"), HasSubstr("-2.0 deg downwards (+- 0.4)"),
+                                Not(HasSubstr("to the left")), Not(HasSubstr("ahead")),
+                                HasSubstr("it was not taken into account"))));
+  map.mounting->out = {};
+  EXPECT_THAT(mounting_words(map), IsEmpty()) << "nothing stands out";
+}
+
+TEST(CheckMounting, WhereItIsUsedWhatTheLapDoesNotTellIsListed) {
+  BundleMap map{.mounting = mounting(), .mounting_used = true};
+  EXPECT_THAT(mounting_words(map),
+              ElementsAre(HasSubstr("taken into account, here and in the robot.yaml"),
+                          AllOf(HasSubstr("does not tell how high:"), Not(HasSubstr("its yaw")))));
+  map.mounting->untold[0] = map.mounting->untold[5] = true;
+  EXPECT_THAT(mounting_words(map),
+              ElementsAre(Not(HasSubstr("mm forward")), HasSubstr("how far forward, how high, its yaw:")));
+}
+
+}  // namespace
+}  // namespace waymark::internal

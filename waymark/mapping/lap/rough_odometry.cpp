@@ -9,8 +9,7 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/lap/floor_observations.hpp"
-#include "waymark/mapping/lap/gyro_track.hpp"
-#include "waymark/mapping/lap/odometry_track.hpp"
+#include "waymark/mapping/lap/motion_tracks.hpp"
 
 namespace waymark::internal {
 namespace {

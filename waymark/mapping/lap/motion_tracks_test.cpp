@@ -1,0 +1,134 @@
+// Odometry between its samples, and votes of single observations.
+#include "waymark/mapping/lap/motion_tracks.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "waymark/geometry/lie.hpp"
+#include "waymark/mapping/lap/lap_bundle.hpp"
+#include "waymark/samples/mounted_camera.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+SensorTime at_ms(std::int64_t ms) { return SensorTime(std::chrono::milliseconds(ms)); }
+
+/// A bend of 0.5 m/s and 0.4 rad/s, a sample every 50 ms.
+std::vector<Odometry> bend() {
+  std::vector<Odometry> samples;
+  SE2 at(1, 2, 3);
+  for (int i = 0; i <= 40; ++i) {
+    samples.push_back({at_ms(50 * i), at});
+    at = at * SE2::exp({0.025, 0, 0.02});
+  }
+  return samples;
+}
+
+TEST(OdometryTrack, FollowsTheTwistBetweenSamples) {
+  const auto samples = bend();
+  const OdometryTrack track(samples);
+  EXPECT_EQ(track.at(at_ms(500))->x(), samples[10].odom_T_base.x());
+  const SE2 between = samples[10].odom_T_base * SE2::exp({0.0075, 0, 0.006});
+  EXPECT_LT(minus(*track.at(at_ms(515)), between).norm(), 1e-9);
+  const auto rate = track.rate_at(at_ms(700));
+  ASSERT_TRUE(rate);
+  EXPECT_LT((*rate - SE2::Tangent(0.5, 0, 0.4)).norm(), 1e-6);
+}
+
+TEST(OdometryTrack, HasNothingOutsideAndInGaps) {
+  auto samples = bend();
+  samples.erase(samples.begin() + 10, samples.begin() + 30);
+  const OdometryTrack track(samples);
+  EXPECT_FALSE(track.at(at_ms(-1)));
+  EXPECT_FALSE(track.at(at_ms(2001)));
+  EXPECT_FALSE(track.at(at_ms(1000)));
+  EXPECT_TRUE(track.at(at_ms(1000), std::chrono::seconds(2)));
+  EXPECT_FALSE(track.rate_at(at_ms(0)));
+  EXPECT_TRUE(OdometryTrack({}).empty());
+}
+
+TEST(OdometryTrack, LeavesOutWhatIsNoNumberAndWhatComesTooLate) {
+  auto samples = bend();
+  samples.insert(samples.begin() + 5, {at_ms(10), SE2(100, 100, 0)});
+  samples.insert(samples.begin() + 20, {at_ms(931), SE2(0, std::nan(""), 0)});
+  const OdometryTrack track(samples);
+  EXPECT_EQ(track.left_out(), 2);
+  EXPECT_LT(minus(*track.at(at_ms(931)), *OdometryTrack(bend()).at(at_ms(931))).norm(), 1e-9);
+}
+
+struct Sight {
+  LapInput lap{
+      .camera =
+          CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value(),
+      .base_T_cam = SE3(body_R_optical(), {0.1, 0, 0.3}),
+      .sizes = {.default_size_m = 0.2}};
+  SE3 map_T_base{SO3::from_rpy(0, 0, 0.6), {1, -2, 0}};
+  SE3 map_T_tag{};
+  TagDetection detection{.tag = {FamilyId::Tag36h11, 3}};
+
+  Sight() {
+    const SE3 cam_T_tag(SO3::exp({0.5, -0.3, 0.2}), {0.2, -0.1, 1.2});
+    map_T_tag = map_T_base * lap.base_T_cam * cam_T_tag;
+    detection.corners_px = *visible_corners(lap.camera, cam_T_tag, 0.2);
+  }
+};
+
+TEST(TagVotes, OneOfThePosesOfATagIsWhereItStands) {
+  const Sight sight;
+  const auto places = internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base);
+  ASSERT_FALSE(places.empty());
+  EXPECT_LT(minus(places.front().value, sight.map_T_tag).norm(), 1e-6);
+  EXPECT_EQ(places.front().chi2, 0);
+  const auto bases = internal::vote_for_base(sight.detection, "cam", sight.lap, sight.map_T_tag);
+  ASSERT_FALSE(bases.empty());
+  EXPECT_LT(minus(bases.front().value, sight.map_T_base).norm(), 1e-6);
+}
+
+TEST(TagVotes, CornersThatAreNoSquareGiveNone) {
+  Sight sight;
+  sight.detection.corners_px[1] = sight.detection.corners_px[0];
+  sight.detection.corners_px[2] = sight.detection.corners_px[0];
+  EXPECT_TRUE(internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base).empty());
+}
+
+}  // namespace
+}  // namespace waymark
+
+namespace waymark::internal {
+namespace {
+
+SensorTime at(double s) { return SensorTime(Duration(std::llround(1e9 * s))); }
+
+/// A hundred samples a second of a rate, but between two moments.
+std::vector<ImuSample> samples(double gap_from_s, double gap_to_s) {
+  std::vector<ImuSample> all;
+  for (int i = 0; i <= 500; ++i) {
+    const double t = 0.01 * i;
+    if (t > gap_from_s && t < gap_to_s) continue;
+    all.push_back({.stamp = at(t), .angular_velocity_rad_s = {0, 0, std::sin(t)}});
+  }
+  return all;
+}
+
+TEST(GyroTrack, IsTheIntegralOfTheRate) {
+  const GyroTrack track(samples(9, 9));
+  ASSERT_TRUE(track.turn(at(0.5), at(4.003)));
+  EXPECT_NEAR(*track.turn(at(0.5), at(4.003)), std::cos(0.5) - std::cos(4.003), 1e-4);
+  EXPECT_FALSE(track.turn(at(4), at(5.1))) << "after the last sample";
+  EXPECT_FALSE(track.turn(at(-0.1), at(1))) << "before the first";
+}
+
+TEST(GyroTrack, SaysNothingOfATimeThatHoldsAGap) {
+  const GyroTrack track(samples(2, 3));
+  EXPECT_TRUE(track.turn(at(0.5), at(1.9)));
+  EXPECT_TRUE(track.turn(at(3.1), at(4.5)));
+  EXPECT_FALSE(track.turn(at(1.5), at(2.5))) << "ends in it";
+  EXPECT_FALSE(track.turn(at(2.5), at(3.5))) << "begins in it";
+  EXPECT_FALSE(track.turn(at(1.5), at(3.5))) << "both ends are known, what lies between is not";
+  EXPECT_TRUE(GyroTrack(samples(2, 2.15)).turn(at(1.5), at(3.5))) << "a few samples";
+}
+
+}  // namespace
+}  // namespace waymark::internal

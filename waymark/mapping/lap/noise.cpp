@@ -1,0 +1,288 @@
+#include "waymark/mapping/lap/noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/mapping/solver/correlated_errors.hpp"
+
+namespace waymark::internal {
+namespace {
+
+constexpr double kNumbers = 8;  // of an observation
+
+/// Of chi-square (Wilson and Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
+double median_chi2(double freedom) { return freedom * std::pow(1 - 2 / (9 * freedom), 3); }
+
+/// trace(J P J^T) of a term's base and tag.
+double used_up(const CornerTerm& term, const Bundle& bundle, const BundleCovariance& P,
+               const Matrix6& P_rig_tag) {
+  CornerJacobians J;
+  J.wants_cam = J.wants_body = false;
+  const CornerPoses poses{bundle.poses[term.rig].value, bundle.poses[term.cam].value,
+                          bundle.poses[term.body].value, bundle.poses[term.tag].value};
+  if (!corner_residual(term.factor, bundle.cameras[term.camera], poses, &J)) return 0;
+  return (J.rig * P.poses[term.rig]).cwiseProduct(J.rig).sum() +
+         (J.tag * P.poses[term.tag]).cwiseProduct(J.tag).sum() +
+         2 * (J.rig * P_rig_tag).cwiseProduct(J.tag).sum();
+}
+
+}  // namespace
+
+std::vector<double> freedom_left(const LapBundle& lap) {
+  std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
+  for (const CornerTerm& term : lap.bundle.corners) {
+    if (term.used) pairs.emplace_back(term.rig, term.tag);
+  }
+  const BundleCovariance P = covariance(lap.bundle, pairs);
+  std::vector<double> freedom(lap.bundle.corners.size(), kNumbers);
+  std::size_t pair = 0;
+  for (std::size_t i = 0; i < freedom.size(); ++i) {
+    const CornerTerm& term = lap.bundle.corners[i];
+    if (term.used) freedom[i] -= used_up(term, lap.bundle, P, P.pairs[pair++]);
+  }
+  return freedom;
+}
+
+double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& freedom) {
+  constexpr std::size_t kEnough = 50;
+  constexpr double kLeast = 2;  // of a tag alone in its frame hardly anything is left
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < chi2.size(); ++i) {
+    if (std::isfinite(chi2[i]) && freedom[i] > kLeast) ratios.push_back(chi2[i] / median_chi2(freedom[i]));
+  }
+  if (ratios.size() < kEnough) return 1;
+  return std::sqrt(median(std::move(ratios)));
+}
+
+double frames_that_count_as_one(const LapBundle& lap) {
+  std::vector<std::size_t> frames;
+  frames.reserve(lap.observations.size());
+  for (const LapBundle::Observation& seen : lap.observations) frames.push_back(seen.frame);
+  return correlated_frames(lap.bundle, frames);
+}
+
+void scale_noise(Bundle& bundle, double ratio) {
+  for (CornerTerm& term : bundle.corners) term.factor.whitening /= ratio;
+}
+
+}  // namespace waymark::internal
+
+namespace waymark {
+namespace {
+
+/// Terms of the wheels that follow each other, from the first to before the last.
+struct Stretch {
+  std::size_t first = 0, last = 0;
+};
+
+/// Every term by itself, or as many together as last so long.
+std::vector<Stretch> stretches(const std::vector<OdometryTerm>& odometry, double least_s) {
+  std::vector<Stretch> result;
+  for (std::size_t i = 0; i < odometry.size();) {
+    Stretch stretch{i, i};
+    double lasts_s = 0;
+    do {
+      lasts_s += odometry[stretch.last++].factor.duration_s;
+    } while (lasts_s < least_s && stretch.last < odometry.size() &&
+             odometry[stretch.last].a == odometry[stretch.last - 1].b);
+    i = stretch.last;
+    if (lasts_s >= least_s) result.push_back(stretch);
+  }
+  return result;
+}
+
+/// What the wheels say of a stretch as one motion, once scaled; its noise if each part errs by itself.
+OdometryFactor joined(const Bundle& bundle, const Stretch& stretch) {
+  SE2 motion;
+  Eigen::Vector3d variance = Eigen::Vector3d::Zero();
+  for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+    const OdometryTerm& term = bundle.odometry[i];
+    motion = motion * scaled_motion(term.factor, bundle.odometry_scales[term.scales].value);
+    variance += term.factor.whitening.diagonal().cwiseAbs2().cwiseInverse();
+  }
+  return {motion, variance.cwiseSqrt().cwiseInverse().asDiagonal()};
+}
+
+/// Mean squares of the whitened residuals as they are expected to be once the poses are known exactly.
+Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<Stretch>& stretches) {
+  std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
+  for (const Stretch& s : stretches)
+    pairs.emplace_back(bundle.odometry[s.first].a, bundle.odometry[s.last - 1].b);
+  const BundleCovariance P = covariance(bundle, pairs);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    const auto& [a, b] = pairs[i];
+    OdometryJacobians J;
+    const Eigen::Vector3d r =
+        odometry_residual(joined(bundle, stretches[i]), {}, bundle.poses[a].value, bundle.poses[b].value, &J);
+    const Eigen::Matrix3d spread = J.a * P.poses[a] * J.a.transpose() + J.b * P.poses[b] * J.b.transpose() +
+                                   2 * J.a * P.pairs[i] * J.b.transpose();
+    sum += r.cwiseAbs2() + spread.diagonal().cwiseMax(0.0);
+  }
+  return sum / static_cast<double>(stretches.size());
+}
+
+}  // namespace
+
+OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
+  constexpr int kRounds = 15;
+  constexpr double kEnough = 0.03;
+  constexpr double kLongerSteps = 1.8;  // the method takes small ones, always in the right direction
+  constexpr double kLong_s = 0.5;
+  constexpr std::size_t kFewest = 30;
+  OdometryNoise noise = OdometryNoise::Ones();
+  if (lap.bundle.odometry.empty()) return noise;
+  const std::vector<Stretch> single = stretches(lap.bundle.odometry, 0);
+  const std::vector<Stretch> together = stretches(lap.bundle.odometry, kLong_s);
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Vector3d squares = expected_squares(lap.bundle, single);
+    if (together.size() >= kFewest) squares = squares.cwiseMax(expected_squares(lap.bundle, together));
+    squares = squares.cwiseMax(0.04).cwiseMin(25.0);
+    const Eigen::Vector3d factor = squares.array().pow(kLongerSteps / 2);
+    noise = noise.cwiseProduct(factor);
+    for (OdometryTerm& term : lap.bundle.odometry)
+      term.factor.whitening = factor.cwiseInverse().asDiagonal() * term.factor.whitening;
+    if (!solve(lap.bundle, {.max_iterations = max_iterations}, progress).usable()) break;
+    if (squares.array().log().abs().maxCoeff() < kEnough) break;
+  }
+  return noise;
+}
+
+namespace {
+
+/// Way and turn of odometry up to a moment.
+struct Driven {
+  SensorTime stamp{};
+  double way_m = 0;
+  double turned_rad = 0;
+};
+
+double straight(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+std::vector<Driven> sums_of(const std::vector<Odometry>& odometry) {
+  std::vector<Driven> sums;
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    Driven next{.stamp = odometry[i].stamp};
+    if (i > 0) {
+      const SE2 moved = odometry[i - 1].odom_T_base.inverse() * odometry[i].odom_T_base;
+      next.way_m = sums.back().way_m + moved.translation().norm();
+      next.turned_rad = sums.back().turned_rad + moved.yaw();
+    }
+    sums.push_back(next);
+  }
+  return sums;
+}
+
+std::optional<Driven> at(const std::vector<Driven>& sums, SensorTime stamp) {
+  const auto after = std::ranges::lower_bound(sums, stamp, {}, &Driven::stamp);
+  if (after == sums.begin() || after == sums.end()) return std::nullopt;
+  const Driven& a = *std::prev(after);
+  const Driven& b = *after;
+  constexpr double kGap_s = 0.3;
+  const double gap_s = to_seconds(b.stamp - a.stamp);
+  if (gap_s > kGap_s) return std::nullopt;
+  const double share = to_seconds(stamp - a.stamp) / gap_s;
+  return Driven{stamp, a.way_m + share * (b.way_m - a.way_m),
+                a.turned_rad + share * (b.turned_rad - a.turned_rad)};
+}
+
+/// What a trajectory and odometry say of the same second of a drive.
+struct Stretch {
+  double lasts_s = 0;
+  double way_m = 0;
+  double told_rad = 0;    ///< by odometry
+  double turned_rad = 0;  ///< by the trajectory, but for whole turns
+};
+
+std::vector<Stretch> stretches_of(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                  const std::vector<Odometry>& odometry) {
+  constexpr double kStretch_s = 1;
+  constexpr double kLongest_s = 1.5;
+  constexpr double kKnown_rad = 0.009;
+  constexpr double kLeastWay_m = 0.05;
+  if (covariance.size() != trajectory.size()) return {};
+  const std::vector<Driven> sums = sums_of(odometry);
+  std::vector<Stretch> stretches;
+  std::optional<Driven> from;
+  double from_yaw = 0;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    const SensorTime stamp = trajectory[i].stamp;
+    if (from && to_seconds(stamp - from->stamp) < kStretch_s) continue;
+    if (std::sqrt(std::max(0.0, covariance[i](5, 5))) > kKnown_rad) continue;
+    const auto to = at(sums, stamp);
+    if (!to) continue;
+    const double yaw = project_to_plane(trajectory[i].map_T_base).yaw();
+    if (from && to_seconds(stamp - from->stamp) < kLongest_s && to->way_m - from->way_m > kLeastWay_m)
+      stretches.push_back({to_seconds(stamp - from->stamp), to->way_m - from->way_m,
+                           to->turned_rad - from->turned_rad, yaw - from_yaw});
+    from = to;
+    from_yaw = yaw;
+  }
+  return stretches;
+}
+
+constexpr std::size_t kFewest = 10;
+
+}  // namespace
+
+std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                    const std::vector<Odometry>& odometry, double yaw_scale) {
+  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  if (stretches.size() < kFewest) return std::nullopt;
+  double squares = 0;
+  double way = 0;
+  double worth = 0;
+  for (const Stretch& s : stretches) {
+    const double off = straight(s.turned_rad - yaw_scale * s.told_rad);
+    squares += off * off;
+    way += s.way_m;
+    worth += s.told_rad * s.told_rad / s.way_m;
+  }
+  TurnNoise noise{.rad_sqrt_m = std::sqrt(squares / way), .stretches = static_cast<int>(stretches.size())};
+  noise.scale_sigma = worth > 0 ? noise.rad_sqrt_m / std::sqrt(worth) : 0;
+  return noise;
+}
+
+std::optional<double> turn_scale(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                 const std::vector<Odometry>& odometry) {
+  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  double both = 0;
+  double worth = 0;
+  for (const Stretch& s : stretches) {
+    const double turned_rad = straight(s.turned_rad);
+    both += s.told_rad * turned_rad / s.way_m;
+    worth += turned_rad * turned_rad / s.way_m;
+  }
+  if (stretches.size() < kFewest || !(both > 0)) return std::nullopt;
+  return worth / both;
+}
+
+std::optional<double> turn_scale_sigma(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                       const std::vector<Odometry>& odometry) {
+  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  if (stretches.size() < kFewest) return std::nullopt;
+  Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
+  double squares = 0;
+  for (const Stretch& s : stretches) {
+    const Eigen::Vector2d row(straight(s.turned_rad), s.lasts_s);
+    A += row * row.transpose();
+    b += s.told_rad * row;
+    squares += s.told_rad * s.told_rad;
+  }
+  constexpr double kAlike = 0.7;
+  const double determinant = A.determinant();
+  const double correlation = A(0, 1) / std::sqrt(A(0, 0) * A(1, 1));
+  if (!(determinant > 0) || !(std::abs(correlation) > kAlike)) return std::nullopt;
+  const Eigen::Vector2d x = A.ldlt().solve(b);  // told turn over true turn, and error of the rate
+  const double left_over = std::max(0.0, squares - b.dot(x)) / static_cast<double>(stretches.size() - 2);
+  const double sigma = std::sqrt(left_over * A(1, 1) / determinant);
+  return sigma / (x[0] * x[0]);
+}
+
+}  // namespace waymark

@@ -1,0 +1,402 @@
+#include "waymark/mapping/lap/wrong_ids.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <ranges>
+#include <set>
+#include <utility>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/mapping/lap/motion_tracks.hpp"
+#include "waymark/mapping/solver/pose_votes.hpp"
+
+namespace waymark::internal {
+namespace {
+
+/// The wheels' pose, and how far they have driven and turned, moment by moment.
+class Wheels {
+ public:
+  struct Moment {
+    SE2 odom_T_base{};
+    double driven_m = 0;
+    double turned_rad = 0;
+  };
+
+  explicit Wheels(const std::vector<Odometry>& odometry) : odometry_(odometry) {
+    moments_.reserve(odometry.size());
+    for (const Odometry& sample : odometry) {
+      Moment now{sample.odom_T_base, 0, 0};
+      if (!moments_.empty()) {
+        const SE2 step = moments_.back().odom_T_base.inverse() * now.odom_T_base;
+        now.driven_m = moments_.back().driven_m + step.translation().norm();
+        now.turned_rad = moments_.back().turned_rad + std::abs(step.yaw());
+      }
+      moments_.push_back(now);
+    }
+  }
+
+  [[nodiscard]] std::optional<Moment> at(SensorTime stamp) const {
+    const auto after = std::ranges::lower_bound(odometry_, stamp, {}, &Odometry::stamp);
+    if (after == odometry_.end()) return std::nullopt;
+    const auto i = static_cast<std::size_t>(after - odometry_.begin());
+    if (after->stamp == stamp || i == 0) return moments_[i];
+    const double u =
+        to_seconds(stamp - odometry_[i - 1].stamp) / to_seconds(after->stamp - odometry_[i - 1].stamp);
+    return Moment{interpolate(moments_[i - 1].odom_T_base, moments_[i].odom_T_base, u), moments_[i].driven_m,
+                  moments_[i].turned_rad};
+  }
+
+ private:
+  const std::vector<Odometry>& odometry_;
+  std::vector<Moment> moments_;
+};
+
+double apart_m(const WheelObservation& before, const WheelObservation& now) {
+  return (now.odom_p - before.odom_p).norm();
+}
+
+/// How far apart two observations of a tag that stands may seem to be, with little driven in between.
+double soon_m(const WheelObservation& before, const WheelObservation& now) {
+  constexpr double kOnce_m = 0.1;
+  constexpr double kPerDistance = 0.06;
+  constexpr double kPerWay = 0.3;
+  constexpr double kPerTurn = 0.3;
+  return kOnce_m + kPerDistance * now.distance_m + kPerWay * (now.driven_m - before.driven_m) +
+         kPerTurn * (now.turned_rad - before.turned_rad) * now.distance_m;
+}
+
+/// The same after a longer way: wheels are wrong by no more than a share of it.
+double later_m(const WheelObservation& before, const WheelObservation& now) {
+  constexpr double kOnce_m = 1.0;
+  constexpr double kPerWay = 0.2;
+  const double long_way = kOnce_m + kPerWay * (now.driven_m - before.driven_m + now.distance_m);
+  return std::min(soon_m(before, now), long_way);
+}
+
+/// The site that ends nearest to an observation, among those that may.
+template <class May>
+WheelSite* nearest(std::vector<WheelSite>& sites, const WheelObservation& now, const May& may) {
+  WheelSite* best = nullptr;
+  for (WheelSite& site : sites) {
+    if (!may(site.seen.back())) continue;
+    if (best == nullptr || apart_m(site.seen.back(), now) < apart_m(best->seen.back(), now)) best = &site;
+  }
+  return best;
+}
+
+/// Observations that follow each other.
+void add_to_tracks(const WheelObservation& now, std::vector<WheelSite>& tracks) {
+  constexpr double kSoon_m = 1.0;
+  WheelSite* track = nearest(tracks, now, [&](const WheelObservation& last) {
+    return now.driven_m - last.driven_m < kSoon_m && apart_m(last, now) < soon_m(last, now);
+  });
+  if (track == nullptr) track = &tracks.emplace_back();
+  track->seen.push_back(now);
+}
+
+/// A tag that is found again where the wheels may have it. Few observations by themselves were misread: they
+/// lead nowhere.
+std::vector<WheelSite> joined(const std::vector<WheelSite>& tracks) {
+  constexpr std::size_t kFew = 8;
+  constexpr double kLater_m = 3.0;
+  std::vector<WheelSite> sites;
+  for (const WheelSite& track : tracks) {
+    if (track.seen.size() < kFew) continue;
+    const WheelObservation& first = track.seen.front();
+    WheelSite* site = nearest(sites, first, [&](const WheelObservation& last) {
+      return last.index < first.index && apart_m(last, first) < later_m(last, first);
+    });
+    if (site == nullptr) {
+      sites.push_back(track);
+      continue;
+    }
+    site->passed_twice = site->passed_twice || first.driven_m - site->seen.back().driven_m > kLater_m;
+    site->seen.insert(site->seen.end(), track.seen.begin(), track.seen.end());
+  }
+  return sites;
+}
+
+/// The mean of some observations of a site, and its variance.
+struct Window {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double variance_m2 = 0;
+  double driven_m = 0;
+  double turned_rad = 0;
+};
+
+Window window(const WheelSite& site, std::size_t first, std::size_t count) {
+  Window w;
+  const auto n = static_cast<double>(count);
+  for (std::size_t i = first; i < first + count; ++i) {
+    w.mean += site.seen[i].odom_p / n;
+    w.driven_m += site.seen[i].driven_m / n;
+    w.turned_rad += site.seen[i].turned_rad / n;
+  }
+  for (std::size_t i = first; i < first + count; ++i)
+    w.variance_m2 += (site.seen[i].odom_p - w.mean).squaredNorm() / (n * (n - 1));
+  return w;
+}
+
+/// The observation from which on a site lies clearly elsewhere than just before.
+std::optional<std::size_t> jump_of(const WheelSite& site) {
+  constexpr std::size_t kBeside = 8;
+  constexpr double kLeast_m = 0.05;
+  constexpr double kPerDistance = 0.015;  // small tags seem to stand a little nearer or farther
+  constexpr double kPerWay = 0.1;
+  constexpr double kPerTurn = 0.15;
+  constexpr double kSigmas = 5;
+  constexpr double kTogether_m = 1;
+  std::optional<std::size_t> jump;
+  double clearest = 1;
+  for (std::size_t at = kBeside; at + kBeside <= site.seen.size(); ++at) {
+    if (site.seen[at + kBeside - 1].driven_m - site.seen[at - kBeside].driven_m > kTogether_m) continue;
+    const Window before = window(site, at - kBeside, kBeside);
+    const Window after = window(site, at, kBeside);
+    const double gate = kLeast_m + kPerDistance * site.seen[at].distance_m +
+                        kPerWay * (after.driven_m - before.driven_m) +
+                        kPerTurn * (after.turned_rad - before.turned_rad) * site.seen[at].distance_m +
+                        kSigmas * std::sqrt(before.variance_m2 + after.variance_m2);
+    const double clear = (after.mean - before.mean).norm() / gate;
+    if (clear <= clearest) continue;
+    clearest = clear;
+    jump = at;
+  }
+  return jump;
+}
+
+void split_at_jumps(std::vector<WheelSite>& sites) {
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const auto jump = jump_of(sites[i]);
+    if (!jump) continue;
+    auto& seen = sites[i].seen;
+    const auto at = seen.begin() + static_cast<std::ptrdiff_t>(*jump);
+    WheelSite after{.seen = {at, seen.end()}};
+    seen.erase(at, seen.end());
+    sites.push_back(std::move(after));
+  }
+}
+
+}  // namespace
+
+std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
+                                                    const std::vector<ObservedFrame>& observed) {
+  std::map<TagId, std::vector<WheelSite>> sites;
+  const Wheels wheels(lap.odometry);
+  for (std::size_t f = 0; f < observed.size(); ++f) {
+    const auto now = wheels.at(observed[f].stamp);
+    if (!now) continue;
+    std::size_t next = 0;  // detections without a pose were not observed
+    const auto& detections = lap.frames[f].detections;
+    for (std::size_t d = 0; d < detections.size() && next < observed[f].tags.size(); ++d) {
+      const TagPoseObservation& seen = observed[f].tags[next];
+      if (detections[d].tag != seen.tag) continue;
+      ++next;
+      const SE3 odom_T_tag =
+          lift(now->odom_T_base) * observed[f].base_T_cam.value_or(lap.base_T_cam) * seen.cam_T_tag;
+      add_to_tracks({{f, d},
+                     odom_T_tag.translation().head<2>(),
+                     seen.cam_T_tag.translation().norm(),
+                     now->driven_m,
+                     now->turned_rad},
+                    sites[seen.tag]);
+    }
+  }
+  for (auto& [tag, of_tag] : sites) {
+    of_tag = joined(of_tag);
+    split_at_jumps(of_tag);
+  }
+  return sites;
+}
+
+namespace {
+
+using Sites = std::map<TagId, std::vector<WheelSite>>;
+constexpr std::size_t kFewestOfASite = 8;  // fewer are misread
+constexpr double kSoon_m = 0.5;            // the wheels are trusted to the centimetre
+
+/// How a site of a tag and its main one follow each other.
+enum class Second : std::uint8_t { ByTurns, Jumped, Later };
+
+struct DuplicateTag {
+  const WheelSite* site = nullptr;
+  Second how = Second::Later;
+  double driven_m = 0;  ///< when it jumped
+};
+
+/// Both sites' observations in order of time: how often it goes from one to the other with little driven
+/// between.
+DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
+  constexpr int kTurns = 4;
+  DuplicateTag second{.site = &other};
+  int turns = 0;
+  const WheelObservation* last = nullptr;
+  bool last_of_main = false;
+  auto a = main.seen.begin();
+  auto b = other.seen.begin();
+  while (a != main.seen.end() || b != other.seen.end()) {
+    const bool of_main = b == other.seen.end() || (a != main.seen.end() && a->index < b->index);
+    const WheelObservation& now = of_main ? *a++ : *b++;
+    if (last != nullptr && of_main != last_of_main && now.driven_m - last->driven_m < kSoon_m) {
+      ++turns;
+      second.driven_m = now.driven_m;
+    }
+    last = &now;
+    last_of_main = of_main;
+  }
+  if (turns > 0) second.how = turns < kTurns ? Second::Jumped : Second::ByTurns;
+  return second;
+}
+
+/// Whether a site was seen right before and right after a moment.
+bool steady(const WheelSite& site, double driven_m) {
+  constexpr auto kFew = 4;
+  const auto within = [&](double from, double to) {
+    return std::ranges::count_if(
+        site.seen, [&](const WheelObservation& s) { return s.driven_m >= from && s.driven_m < to; });
+  };
+  return within(driven_m - kSoon_m, driven_m) >= kFew && within(driven_m, driven_m + kSoon_m) >= kFew;
+}
+
+std::size_t main_of(const std::vector<WheelSite>& sites) {
+  return static_cast<std::size_t>(
+      std::ranges::max_element(sites, {}, [](const WheelSite& s) { return s.seen.size(); }) - sites.begin());
+}
+
+std::vector<DuplicateTag> duplicate_tags_of(const Sites& all) {
+  std::vector<DuplicateTag> result;
+  for (const auto& [tag, sites] : all) {
+    if (sites.empty()) continue;
+    const std::size_t main = main_of(sites);
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+      if (i != main && sites[i].seen.size() >= kFewestOfASite)
+        result.push_back(compare(sites[main], sites[i]));
+    }
+  }
+  return result;
+}
+
+/// More tags stood still at that moment than jumped.
+bool alone_in_jumping(const DuplicateTag& jumped, const std::vector<DuplicateTag>& seconds,
+                      const Sites& all) {
+  const auto jumps = std::ranges::count_if(seconds, [&](const DuplicateTag& other) {
+    return other.how == Second::Jumped && std::abs(other.driven_m - jumped.driven_m) < kSoon_m;
+  });
+  const auto still = std::ranges::count_if(all, [&](const auto& of_tag) {
+    return std::ranges::any_of(of_tag.second,
+                               [&](const WheelSite& site) { return steady(site, jumped.driven_m); });
+  });
+  return still > jumps;
+}
+
+/// Tags that were passed twice and found in one place.
+std::ptrdiff_t found_again(const Sites& all) {
+  return std::ranges::count_if(all, [](const auto& of_tag) {
+    const auto enough = [](const WheelSite& site) { return site.seen.size() >= kFewestOfASite; };
+    return std::ranges::count_if(of_tag.second, enough) == 1 &&
+           of_tag.second[main_of(of_tag.second)].passed_twice;
+  });
+}
+
+}  // namespace
+
+std::vector<ObservationIndex> observations_of_duplicate_tags(const LapInput& lap,
+                                                             const std::vector<ObservedFrame>& observed) {
+  const Sites all = wheel_sites(lap, observed);
+  const std::vector<DuplicateTag> seconds = duplicate_tags_of(all);
+  const auto later = std::ranges::count(seconds, Second::Later, &DuplicateTag::how);
+  const bool wheels_are_right = later <= found_again(all);
+  std::vector<ObservationIndex> result;
+  for (const DuplicateTag& second : seconds) {
+    const bool accepted = second.how == Second::ByTurns ||
+                          (second.how == Second::Jumped && alone_in_jumping(second, seconds, all)) ||
+                          (second.how == Second::Later && wheels_are_right);
+    if (!accepted) continue;
+    for (const WheelObservation& observation : second.site->seen) result.push_back(observation.index);
+  }
+  return result;
+}
+
+LapInput without(const LapInput& lap, const std::vector<ObservationIndex>& observations) {
+  LapInput rest = lap;
+  std::map<std::size_t, std::set<std::size_t>> gone;
+  for (const ObservationIndex& index : observations) gone[index.frame].insert(index.detection);
+  for (const auto& [frame, detections] : gone) {
+    std::vector<TagDetection>& all = rest.frames[frame].detections;
+    for (const std::size_t detection : std::views::reverse(detections))
+      all.erase(all.begin() + static_cast<std::ptrdiff_t>(detection));
+  }
+  return rest;
+}
+
+namespace {
+
+/// The one or two poses of a tag.
+std::vector<Hypothesis> poses_of(const TagPoseObservation& seen) {
+  constexpr double kHopeless = 30;
+  std::vector<Hypothesis> poses = {{seen.cam_T_tag, seen.covariance, 0}};
+  if (seen.other && seen.other->chi2 - seen.chi2 < kHopeless)
+    poses.push_back({seen.other->cam_T_tag, seen.other->covariance, seen.other->chi2 - seen.chi2});
+  return poses;
+}
+
+/// Wheels whose scales nobody has found yet, on a floor that nobody has measured.
+Matrix6 covariance_of(const SE2& motion) {
+  constexpr double kOnce_m = 0.005;
+  constexpr double kOnce_rad = 0.01;
+  constexpr double kShare = 0.2;
+  const double metres = kOnce_m + kShare * motion.translation().norm();
+  const double radians = kOnce_rad + kShare * std::abs(motion.yaw());
+  Vector6 sigma;
+  sigma << metres, metres, kOnce_m, kOnce_rad, kOnce_rad, radians;
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
+std::vector<ViewMotion> motions_of(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
+  const OdometryTrack wheels(lap.odometry);
+  std::vector<ViewMotion> motions(observed.size());
+  std::optional<SE2> before;
+  for (std::size_t f = 0; f < observed.size(); ++f) {
+    const std::optional<SE2> now = wheels.at(observed[f].stamp);
+    if (before && now) {
+      const SE2 motion = before->inverse() * *now;
+      const SE3 cam_T_base = observed[f - 1].base_T_cam.value_or(lap.base_T_cam).inverse();
+      const Matrix6 Ad = cam_T_base.adjoint();
+      motions[f] = {true, cam_T_base * lift(motion) * observed[f].base_T_cam.value_or(lap.base_T_cam),
+                    Ad * covariance_of(motion) * Ad.transpose()};
+    }
+    before = now;
+  }
+  return motions;
+}
+
+}  // namespace
+
+std::vector<ObservationIndex> unconfirmed_observations(const LapInput& lap,
+                                                       const std::vector<ObservedFrame>& observed) {
+  std::vector<ObservationIndex> indices;
+  std::vector<ViewedTag> seen;
+  std::vector<std::vector<Hypothesis>> poses;
+  std::map<TagId, std::size_t> number;
+  for (std::size_t f = 0; f < observed.size(); ++f) {
+    const std::vector<TagDetection>& detections = lap.frames[f].detections;
+    std::size_t next = 0;  // detections without a pose were not observed
+    for (std::size_t d = 0; d < detections.size() && next < observed[f].tags.size(); ++d) {
+      const TagPoseObservation& tag = observed[f].tags[next];
+      if (detections[d].tag != tag.tag) continue;
+      ++next;
+      indices.push_back({f, d});
+      seen.push_back({f, number.try_emplace(tag.tag, number.size()).first->second, 0});
+      poses.push_back(poses_of(tag));
+    }
+  }
+  const Confirmation confirmation = confirm_observations(seen, poses, motions_of(lap, observed));
+  std::vector<ObservationIndex> doubtful;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (confirmation.doubtful[i] != 0) doubtful.push_back(indices[i]);
+  }
+  return doubtful;
+}
+
+}  // namespace waymark::internal
