@@ -11,7 +11,7 @@
 #include <Eigen/LU>
 
 #include "tests/support/tag_ring.hpp"
-#include "waymark/localization/innovation_calibration.hpp"
+#include "waymark/localization/innovation_fits.hpp"
 
 /// Drives in the ring of tags of a robot that is another than its filter is told.
 namespace waymark::test {

@@ -1,5 +1,5 @@
 #pragma once
-// Inside the room: what the decoders of the single formats share with image_codec.cpp.
+// Inside the room: what the codecs of the single formats share.
 
 #include <cstdint>
 #include <span>
@@ -43,29 +43,47 @@ struct Pixels {
 /// The error for input that ends before its picture does.
 [[nodiscard]] tl::unexpected<Error> cut_short(const Input& input, std::string message);
 
-[[nodiscard]] Result<ImageInfo> probe_jpeg(const Input& input);
-[[nodiscard]] Result<ImageInfo> probe_png(const Input& input);
-[[nodiscard]] Result<ImageInfo> probe_pnm(const Input& input);
-[[nodiscard]] Result<Image> decode_jpeg(const Input& input, const DecodeOptions& options);
-[[nodiscard]] Result<Image> decode_png(const Input& input, const DecodeOptions& options);
-[[nodiscard]] Result<Image> decode_pnm(const Input& input, const DecodeOptions& options);
-
 /// A picture by a reader of one format: its header, the limits, its pixels.
 template <class Reader>
-[[nodiscard]] Result<Image> decode_by(Reader& reader, const Input& input, const DecodeOptions& options) {
-  const Result<ImageInfo> info = reader.read_header();
-  if (!info) return tl::unexpected(info.error());
-  if (const Status within = check_limit(*info, input, options); !within)
-    return tl::unexpected(within.error());
-  if (const Status holds = reader.check_plausible(); !holds) return tl::unexpected(holds.error());
-  Image image(info->width, info->height);
-  if (const Status read = reader.read_pixels(image, options); !read) return tl::unexpected(read.error());
-  return image;
+if (!info) return tl::unexpected(info.error());
+if (const Status within = check_limit(*info, input, options); !within) return tl::unexpected(within.error());
+if (const Status holds = reader.check_plausible(); !holds) return tl::unexpected(holds.error());
+Image image(info->width, info->height);
+if (const Status read = reader.read_pixels(image, options); !read) return tl::unexpected(read.error());
+return image;
 }
 
+/// What an encoder gives.
 using Bytes = Result<std::vector<std::uint8_t>>;
-[[nodiscard]] Bytes encode_png(const Pixels& pixels);
-[[nodiscard]] Bytes encode_jpeg(const Pixels& pixels, int quality);
-[[nodiscard]] Bytes encode_pnm(const Pixels& pixels);
+
+// One formula for grey, in whole numbers, rounded once.
+
+/// Rec. 601 luma times 1000. Samples up to 65535.
+[[nodiscard]] constexpr std::uint64_t luma_1000(std::uint64_t r, std::uint64_t g, std::uint64_t b) {
+  return 299 * r + 587 * g + 114 * b;
+}
+
+/// round(255 * numerator / denominator).
+[[nodiscard]] constexpr std::uint8_t to_byte(std::uint64_t numerator, std::uint64_t denominator) {
+  return static_cast<std::uint8_t>((510 * numerator + denominator) / (2 * denominator));
+}
+
+/// Grey byte of a sample 0..max.
+[[nodiscard]] constexpr std::uint8_t grey_byte(std::uint64_t value, std::uint64_t max) {
+  return to_byte(value, max);
+}
+
+/// Grey byte of a colour 0..max.
+[[nodiscard]] constexpr std::uint8_t grey_byte(std::uint64_t r, std::uint64_t g, std::uint64_t b,
+                                               std::uint64_t max) {
+  return to_byte(luma_1000(r, g, b), 1000 * max);
+}
+
+/// Grey byte of luma_1000 over white with opacity alpha 0..max. 510 * 1000 * max^2 stays below 2^64 for 16
+/// bits.
+[[nodiscard]] constexpr std::uint8_t grey_byte_over_white(std::uint64_t luma_1000_value, std::uint64_t alpha,
+                                                          std::uint64_t max) {
+  return to_byte(luma_1000_value * alpha + 1000 * max * (max - alpha), 1000 * max * max);
+}
 
 }  // namespace waymark::codecs

@@ -6,25 +6,12 @@
 #include <fmt/format.h>
 
 #include "waymark/codecs/formats.hpp"
+#include "waymark/codecs/jpeg.hpp"
+#include "waymark/codecs/png.hpp"
+#include "waymark/codecs/pnm.hpp"
 
 namespace waymark {
 namespace codecs {
-
-Status check_limit(const ImageInfo& info, const Input& input, const DecodeOptions& options) {
-  const std::int64_t pixels = std::int64_t{info.width} * info.height;
-  if (pixels > options.max_pixels) {
-    return fail(ErrorCode::LimitExceeded,
-                fmt::format("picture of {} x {} px, more than {} pixels", info.width, info.height,
-                            options.max_pixels),
-                input.whole(), "Make it smaller or raise max_pixels.");
-  }
-  return {};
-}
-
-tl::unexpected<Error> cut_short(const Input& input, std::string message) {
-  return fail(ErrorCode::Unreadable, std::move(message), input.at(input.bytes.size()),
-              "The file is cut short: copy it again from its source.");
-}
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/codecs/luma.hpp"
+#include "waymark/codecs/formats.hpp"
 #include "waymark/image/image.hpp"
 
 namespace waymark {

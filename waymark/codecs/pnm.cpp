@@ -1,12 +1,11 @@
 // PNM is a dozen words and raw samples (Poskanzer, manual pages pgm(5) and ppm(5)); a library would be longer
 // than this.
+#include "waymark/codecs/pnm.hpp"
+
 #include <array>
 #include <limits>
 
 #include <fmt/format.h>
-
-#include "waymark/codecs/formats.hpp"
-#include "waymark/codecs/luma.hpp"
 
 namespace waymark::codecs {
 namespace {

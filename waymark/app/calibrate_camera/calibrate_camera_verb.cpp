@@ -4,11 +4,10 @@
 
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 #include "waymark/app/calibrate_camera/calibrate_guided.hpp"
-#include "waymark/app/cli/detector_flags.hpp"
-#include "waymark/app/cli/job_flags.hpp"
-#include "waymark/app/cli/options_flags.hpp"
+#include "waymark/app/cli/detection_flags.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/live/camera_address.hpp"
+#include "waymark/app/live/cameras.hpp"
 
 namespace waymark::cli {
 namespace {

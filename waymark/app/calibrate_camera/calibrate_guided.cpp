@@ -10,9 +10,8 @@
 
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/picture_files.hpp"
-#include "waymark/app/live/camera_address.hpp"
 #include "waymark/app/live/camera_page.hpp"
-#include "waymark/app/live/camera_watch.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/recording/message_log.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "waymark/app/calibrate_camera/guided_calibration.hpp"
 #include "waymark/app/common/flag_refusals.hpp"
-#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/base/fields.hpp"
 
 namespace waymark {

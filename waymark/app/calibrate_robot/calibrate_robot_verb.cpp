@@ -1,6 +1,5 @@
 #include "waymark/app/calibrate_robot/calibrate_robot.hpp"
-#include "waymark/app/cli/file_names.hpp"
-#include "waymark/app/cli/job_flags.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 
 namespace waymark::cli {

@@ -1,17 +1,132 @@
 #include "waymark/app/cli/console.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstring>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include <unistd.h>
 
 #include <fmt/format.h>
 
-#include "waymark/app/cli/folded_warnings.hpp"
-#include "waymark/app/cli/interrupt.hpp"
+#include "waymark/app/cli/flags.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/inputs/keyboard/terminal_settings.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark::cli {
+namespace {
+
+std::atomic<bool> interrupt_flag{false};
+std::atomic<bool> stop_requested{false};
+std::atomic<int> ending_signal{SIGINT};
+std::atomic<unsigned> seen_signals{0};  ///< a bit each
+std::atomic<Duration::rep> first_seen{0};
+static_assert(std::atomic<Duration::rep>::is_always_lock_free, "a signal handler sets it");
+TerminalSettings terminal;  // keys may be read from it, without echo
+
+/// timeout(1) and some shells send one signal to the program and again to its group.
+constexpr Duration kSameKey = std::chrono::milliseconds(200);
+
+/// The second time the same signal ends the program at once, as without a handler; that is said first.
+extern "C" void raise_flag(int signal) {
+  constexpr std::string_view kAtOnce =
+      "\nwaymark: the second signal: ended at once, nothing more is written\n";
+  const unsigned bit = 1U << static_cast<unsigned>(signal);
+  const Duration now = steady_now();
+  if ((seen_signals.fetch_or(bit) & bit) != 0) {
+    if (now - Duration(first_seen) < kSameKey) return;
+    put_back(terminal);
+    (void)!write(STDERR_FILENO, kAtOnce.data(), kAtOnce.size());
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+    return;
+  }
+  first_seen = now.count();
+  ending_signal = signal;
+  interrupt_flag = true;
+}
+
+}  // namespace
+
+void watch_signals() {
+  terminal = terminal_settings(STDIN_FILENO);
+  struct sigaction on_interrupt {};
+  on_interrupt.sa_handler = raise_flag;
+  on_interrupt.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &on_interrupt, nullptr);
+  sigaction(SIGTERM, &on_interrupt, nullptr);
+  struct sigaction on_hangup {};  // the terminal was closed; under nohup it does not matter
+  if (sigaction(SIGHUP, nullptr, &on_hangup) == 0 && on_hangup.sa_handler != SIG_IGN)
+    sigaction(SIGHUP, &on_interrupt, nullptr);
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignore, nullptr);
+  sigaction(SIGXFSZ, &ignore, nullptr);
+}
+
+void interrupt() {
+  if (!interrupt_flag) stop_requested = true;
+  interrupt_flag = true;
+}
+
+bool interrupted() { return interrupt_flag; }
+
+const char* interrupted_by() {
+  if (stop_requested) return "'waymark stop'";
+  if (ending_signal == SIGHUP) return "the closed terminal";
+  return ending_signal == SIGTERM ? "SIGTERM" : "Ctrl-C";
+}
+
+}  // namespace waymark::cli
+
+namespace waymark {
+namespace {
+
+/// Every number as one sign.
+std::string kind_of(const std::string& warning) {
+  std::string kind;
+  const auto in_number = [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+'; };
+  for (const char c : warning) {
+    if (!in_number(c))
+      kind += c;
+    else if (kind.empty() || kind.back() != '#')
+      kind += '#';
+  }
+  return kind;
+}
+
+}  // namespace
+
+std::vector<std::string> folded_warnings(const std::vector<std::string>& warnings) {
+  constexpr std::size_t kFirst = 3;
+  std::vector<std::vector<const std::string*>> kinds;
+  std::map<std::string, std::size_t> at;
+  for (const std::string& warning : warnings) {
+    const auto [kind, added] = at.try_emplace(kind_of(warning), kinds.size());
+    if (added) kinds.emplace_back();
+    kinds[kind->second].push_back(&warning);
+  }
+  std::vector<std::string> result;
+  for (const auto& alike : kinds) {
+    // One line more says as much as the count of one.
+    const std::size_t said = alike.size() <= kFirst + 1 ? alike.size() : kFirst;
+    for (std::size_t i = 0; i < said; ++i) result.push_back(*alike[i]);
+    if (said < alike.size())
+      result.push_back(
+          fmt::format("{} more warnings differ from the last one in their numbers only: --json lists "
+                      "all",
+                      alike.size() - said));
+  }
+  return result;
+}
+
+}  // namespace waymark
 
 namespace waymark::cli {
 namespace {
@@ -96,6 +211,52 @@ ExitCode Console::finish(ExitCode code) {
   if (output_ == Output::ClosedByReader) return ExitCode::Ok;
   const bool failed = code == ExitCode::SomeFailed || code == ExitCode::Usage;
   return failed && interrupted() ? ExitCode::Interrupted : code;
+}
+
+Error naming_flag(Error error) {
+  if (error.place.source.empty() && !error.place.key.empty() && !error.place.key.starts_with('-'))
+    error.place.key = flag_name(error.place.key);
+  return error;
+}
+
+ExitCode exit_code_of(const Error& error) {
+  const bool given_wrong = error.place.key.starts_with("--") || error.place.source == "environment";
+  return given_wrong ? ExitCode::Usage : ExitCode::SomeFailed;
+}
+
+ExitCode fail_with(const Error& error, Console& console) {
+  const Error named = naming_flag(error);
+  return console.failed(named, exit_code_of(named));
+}
+
+ExitCode fail_by_kind(const Error& error, Console& console) {
+  return error.code == ErrorCode::InvalidArgument ? fail_usage(error, console) : fail_with(error, console);
+}
+
+ExitCode fail_usage(const Error& error, Console& console) {
+  return console.failed(naming_flag(error), ExitCode::Usage);
+}
+
+JobControl control_from(Console& console) {
+  JobControl control;
+  control.cancelled = interrupted;
+  control.progress = [&console](const JobProgress& now) {
+    if (now.all > 0)
+      console.progress(now.done, now.all, now.words);
+    else
+      console.live(now.words);
+  };
+  control.note = [&console](const std::string& words) { console.say(words); };
+  return control;
+}
+
+std::unique_ptr<StopSocket> listen_for_stop(const std::string& drive, Console& console) {
+  const auto folder = stop_folder();
+  auto socket = folder ? StopSocket::open(*folder, drive, interrupt)
+                       : Result<std::unique_ptr<StopSocket>>(tl::unexpected(folder.error()));
+  if (socket) return std::move(*socket);
+  console.say("warning: " + to_string(socket.error()));
+  return nullptr;
 }
 
 }  // namespace waymark::cli

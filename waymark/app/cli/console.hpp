@@ -2,11 +2,40 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
+#include "waymark/robots/watchdog/stop_socket.hpp"
+
+namespace waymark::cli {
+
+/// From now on the first Ctrl-C (or SIGTERM) only raises a flag, so that the picture at hand is finished and
+/// what was done is kept; the second of the same kind says so and ends the
+/// program at once. Writing to a closed pipe, or more than a
+/// file may hold, becomes an error instead of a signal.
+void watch_signals();
+
+/// The same as Ctrl-C, from any thread: another process asked for it with `waymark stop`.
+void interrupt();
+
+/// Whether Ctrl-C was pressed, or a stop was requested, since watch_signals().
+[[nodiscard]] bool interrupted();
+/// Which of the two, in words: "Ctrl-C" or "'waymark stop'".
+[[nodiscard]] const char* interrupted_by();
+
+}  // namespace waymark::cli
+
+namespace waymark {
+
+/// The first warnings of each kind and how many more there are, for people; alike are those that differ in
+/// numbers only (ids of tags are numbers). In the order of the first of each kind.
+[[nodiscard]] std::vector<std::string> folded_warnings(const std::vector<std::string>& warnings);
+
+}  // namespace waymark
 
 namespace waymark::cli {
 
@@ -66,5 +95,35 @@ class Console {
   std::int64_t last_progress_ms_ = 0;
   Output output_ = Output::Open;
 };
+
+}  // namespace waymark::cli
+
+/// How a verb fails: which words, and which exit code.
+namespace waymark::cli {
+
+/// The error with the flag that sets its key, as people type it: "(--tag-size-m): …". One with a place in a
+/// file stays as it is.
+[[nodiscard]] Error naming_flag(Error error);
+
+/// 2 for what the command line or the environment says (the error's key is a flag, its source is
+/// "environment"), 1 for a file that is not usable or could not be written. Console::finish() makes 130 of
+/// both after Ctrl-C.
+[[nodiscard]] ExitCode exit_code_of(const Error& error);
+
+/// Says the error with its flag, and gives back its exit code.
+[[nodiscard]] ExitCode fail_with(const Error& error, Console& console);
+
+/// Says the error with its flag: of what makes no sense (InvalidArgument) 2, else as fail_with().
+[[nodiscard]] ExitCode fail_by_kind(const Error& error, Console& console);
+
+/// Says the error with its flag: the command line makes no sense.
+[[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
+
+/// A job's progress and notes go to the console, and Ctrl-C cancels it.
+[[nodiscard]] JobControl control_from(Console& console);
+
+/// While it lives `waymark stop` ends this drive as Ctrl-C does. nullptr, and words, where that is not
+/// possible: the drive goes on without.
+[[nodiscard]] std::unique_ptr<StopSocket> listen_for_stop(const std::string& drive, Console& console);
 
 }  // namespace waymark::cli

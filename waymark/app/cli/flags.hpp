@@ -1,13 +1,237 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
-#include "waymark/app/cli/settings.hpp"
+#include "waymark/app/cli/verb.hpp"
+#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/config/option_layers.hpp"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace waymark::cli {
+
+/// The group of flags that only --help-all shows.
+inline constexpr const char* kMoreGroup = "More";
+/// The group of flags that --help shows.
+inline constexpr const char* kFirstGroup = "Options";
+
+/// A key that --set and --config take, and no flag does.
+struct SettingOnlyKey {
+  std::string key;       ///< "camera.exposure_ms"
+  std::string usual;     ///< its default, as YAML
+  std::string sentence;  ///< with its range
+};
+
+/// The options of a verb by their names: --config FILE.yaml and --set SECTION.KEY=VALUE, the layers below the
+/// flags. What the sections do not have is refused while the command line is parsed, with its place. Must
+/// stay where it is while the command line is parsed.
+class Settings : public OptionLayers {
+ public:
+  explicit Settings(CLI::App& app);
+  Settings(const Settings&) = delete;
+  Settings& operator=(const Settings&) = delete;
+
+  /// The verb whose options they are.
+  [[nodiscard]] CLI::App& app() const { return app_; }
+  /// For the help of --set; the first one counts.
+  void name_example(const std::string& assignment);
+  /// For --help-all.
+  void add_key(SettingOnlyKey key) { keys_.push_back(std::move(key)); }
+
+ private:
+  [[nodiscard]] std::string keys_text() const;
+
+  CLI::App& app_;
+  CLI::Option* set_ = nullptr;
+  bool named_example_ = false;
+  std::string config_path_;
+  std::vector<std::string> sets_;
+  std::vector<SettingOnlyKey> keys_;
+};
+
+/// "--quad-decimate" for "quad_decimate".
+[[nodiscard]] inline std::string flag_name(std::string_view field_name) {
+  std::string flag = "--" + std::string(field_name);
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
+/// The field's sentence and what is allowed or usual: "Look for quads in a smaller image. From 1 to 8.".
+template <class Value>
+[[nodiscard]] std::string flag_help(const Value& usual, const Field& field) {
+  std::string range;
+  if constexpr (std::is_same_v<Value, bool>) {
+    range = usual ? " On unless said otherwise." : " Off unless said otherwise.";
+  } else if constexpr (std::is_arithmetic_v<Value>) {
+    if (std::isfinite(field.min) && std::isfinite(field.max))
+      range = fmt::format(" From {} to {}.", field.min, field.max);
+    if (std::isfinite(field.min) && !std::isfinite(field.max))
+      range = fmt::format(" At least {}.", field.min);
+    if (!std::isfinite(field.min) && std::isfinite(field.max)) range = fmt::format(" At most {}.", field.max);
+  }
+  return std::string(field.sentence) + range;
+}
+
+/// How the options of a struct are given.
+enum class Reach : std::uint8_t {
+  Flags,        ///< by flags, --set and --config
+  SettingsOnly  ///< by --set and --config
+};
+
+/// An option struct on the command line, made from its fields(): each field, also of structs in it, is a key
+/// of a section of --set and --config and, unless SettingsOnly, a flag: name with dashes, sentence, range,
+/// default. Must stay where it is while the command line is parsed.
+template <HasFields Options>
+class OptionFlags {
+ public:
+  /// `title`: the group of the flags in the help; the section is added to it, unless it is "Options".
+  OptionFlags(Settings& settings, std::string section, const std::string& title, Reach reach = Reach::Flags)
+      : settings_(settings), section_(std::move(section)) {
+    settings_.add_section(section_, [](const YamlCursor& cursor) {
+      Options read;
+      return update_fields(cursor, read);
+    });
+    std::string key = section_;
+    visit_leaves(
+        given_,
+        [&](auto& value, const Field& field) {
+          keys_.push_back(key.substr(std::min(key.size(), section_.size() + 1)) +
+                          (key == section_ ? "" : ".") + std::string(field.name));
+          if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+            settings_.name_example(key + "." + std::string(field.name) + "=" + usual_text(value));
+          flags_.push_back(
+              reach == Reach::Flags ? add_flag(settings.app(), value, field, group_of(title, key)) : nullptr);
+          if (flags_.back() == nullptr)
+            settings_.add_key(
+                {key + "." + std::string(field.name), usual_text(value), flag_help(value, field)});
+        },
+        [&](const Field& field) { key += "." + std::string(field.name); },
+        [&] { key.resize(key.rfind('.')); });
+  }
+  OptionFlags(const OptionFlags&) = delete;
+  OptionFlags& operator=(const OptionFlags&) = delete;
+
+  /// Whether any of them was given, in whatever way.
+  [[nodiscard]] bool given() const { return settings_.given(section_) || !first_argument().empty(); }
+  /// Whether this field was, such as "lag_s" or "motion.slide_m_s".
+  [[nodiscard]] bool given(std::string_view key) const {
+    return settings_.given(section_ + "." + std::string(key)) || !first_argument(key).empty();
+  }
+  /// The first of them on the command line, as it was given: "--reach-m" or "--set follower.reach_m=0.4";
+  /// empty when there is none. With `key` only that of this field, such as "lag_s" or "motion.slide_m_s".
+  [[nodiscard]] std::string first_argument(std::string_view key = {}) const {
+    for (std::size_t i = 0; i < flags_.size(); ++i) {
+      if (flags_[i] != nullptr && flags_[i]->count() > 0 && (key.empty() || keys_[i] == key))
+        return flags_[i]->get_name();
+    }
+    return settings_.first_set(section_, std::string(key));
+  }
+  /// Writes what was given over `options`: the file's, then that of --set, then that of flags. Fails when a
+  /// flag is outside its range.
+  [[nodiscard]] Status apply(Options& options) const {
+    if (Status status = check_leaf_ranges(given_); !status) {
+      status.error().place.key = flag_name(status.error().place.key);
+      return status;
+    }
+    if (Status status = settings_.read(section_, options); !status) return status;
+    std::vector<const void*> sources;
+    const auto nothing = [](const auto&...) {};
+    visit_leaves(
+        given_, [&](const auto& value, const Field&) { sources.push_back(&value); }, nothing, nothing);
+    std::size_t next = 0;
+    visit_leaves(
+        options,
+        [&](auto& value, const Field&) {
+          using Value = std::remove_cvref_t<decltype(value)>;
+          if (flags_[next] != nullptr && flags_[next]->count() > 0)
+            value = *static_cast<const Value*>(sources[next]);
+          ++next;
+        },
+        nothing, nothing);
+    return {};
+  }
+
+ private:
+  static std::string group_of(const std::string& title, const std::string& key) {
+    return title == kFirstGroup ? title : fmt::format("{} (--set {}.KEY=VALUE)", title, key);
+  }
+  /// nullptr for lists and the like: their verb makes a flag by hand.
+  template <class Value>
+  static CLI::Option* add_flag(CLI::App& app, Value& value, const Field& field, const std::string& group) {
+    const std::string flag = flag_name(field.name);
+    CLI::Option* option = nullptr;
+    if constexpr (std::is_same_v<Value, bool>) {
+      option = app.add_flag(flag + ",!--no-" + flag.substr(2), value, flag_help(value, field));
+    } else if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>) {
+      option = app.add_option(flag, value, flag_help(value, field))->capture_default_str();
+    }
+    if (option != nullptr) option->group(group);
+    return option;
+  }
+  template <class Value>
+  static std::string usual_text(const Value& value) {
+    std::string text = internal::write_value(value, 0);  // " 8\n"
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    return text.substr(std::min(text.find_first_not_of(' '), text.size()));
+  }
+  Settings& settings_;
+  std::string section_;
+  Options given_{};
+  std::vector<CLI::Option*> flags_;
+  std::vector<std::string> keys_;  ///< of the fields, such as "motion.slide_m_s"
+};
+
+/// Fails when one of the options is on the command line, where they have no effect; a file may be shared.
+template <HasFields Options>
+[[nodiscard]] Status refuse(const OptionFlags<Options>& flags, const std::string& why,
+                            const std::string& hint, std::string_view key = {}) {
+  const std::string argument = flags.first_argument(key);
+  if (argument.empty()) return {};
+  return fail(ErrorCode::InvalidArgument, why, {.key = argument}, hint);
+}
+
+/// Why the option lag_s of a filter is refused where the filter is not a smoother.
+inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
+
+/// Which flags are on the command line.
+[[nodiscard]] GivenFlags given_on(const CLI::App& app);
+
+/// Flags and options that have no effect on what is given, refused one after the other: the first that is on
+/// the command line is the error.
+class Refusals : public FlagRefusals {
+ public:
+  explicit Refusals(const CLI::App& app) : FlagRefusals(given_on(app)) {}
+
+  /// The options of a struct, or with `key` that of one field.
+  template <HasFields Options>
+  void options(bool when, const OptionFlags<Options>& flags, const std::string& why, const std::string& hint,
+               std::string_view key = {}) {
+    if (when && status_) status_ = refuse(flags, why, hint, key);
+  }
+  /// Those of a group that refuses its own: DetectorFlags, PoseFlags.
+  template <class Group>
+  void all(bool when, const Group& group, const std::string& why, const std::string& hint) {
+    if (when && status_) status_ = group.refuse_all(why, hint);
+  }
+};
+
+}  // namespace waymark::cli
 
 /// Flags in one call: add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown, between(0.01,
 /// 5)).
@@ -53,5 +277,79 @@ CLI::Option* add_flag(CLI::App& app, const std::string& name, bool& value, const
   (traits(*option), ...);
   return option;
 }
+
+}  // namespace waymark::cli
+
+/// The flags of a job, made from its fields().
+namespace waymark::cli {
+
+/// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; of an input what it is called.
+[[nodiscard]] std::string names_of(const JobField& field);
+/// What its value is called.
+[[nodiscard]] std::string type_of(const JobField& field);
+/// What does not depend on the kind of value: group, what is allowed, what is usual.
+void arrange(CLI::Option& option, const JobField& field);
+
+/// What it needs and excludes of other flags, which must be there.
+void link(CLI::App& app, const JobField& field);
+
+template <class Value>
+void add_field(CLI::App& app, Value& value, const JobField& field) {
+  const std::string sentence(field.sentence);
+  CLI::Option* option = nullptr;
+  if constexpr (std::is_same_v<Value, bool>) {
+    option = app.add_flag(names_of(field), value, sentence);
+  } else {
+    option = app.add_option(names_of(field), value, sentence);
+    option->type_name(type_of(field));
+    if (value != Value{} && !field.has_no_usual) option->capture_default_str();
+    using Number = std::conditional_t<std::is_integral_v<Value>, int, double>;
+    if (std::isfinite(field.min) && std::isfinite(field.max))
+      between(static_cast<Number>(field.min), static_cast<Number>(field.max))(*option);
+  }
+  arrange(*option, field);
+}
+
+/// A flag or an input for each field, in order. The job must stay where it is while the command line is
+/// parsed.
+template <HasFields Job>
+void add_fields(CLI::App& app, Job& job) {
+  Job::fields(job, [&](auto& value, const JobField& field) { add_field(app, value, field); });
+  Job::fields(job, [&](auto&, const JobField& field) { link(app, field); });
+}
+
+/// The `prepare` of a verb that has the flags of its job alone.
+template <HasFields Job>
+[[nodiscard]] std::function<Run(CLI::App&)> prepared_job(ExitCode (*run)(const Job&, Console&)) {
+  return [run](CLI::App& app) -> Run {
+    const auto job = std::make_shared<Job>();
+    add_fields(app, *job);
+    return [job, run](Console& console) { return run(*job, console); };
+  };
+}
+
+/// The flags of a verb that has those of its job, and --json.
+template <HasFields Job>
+struct JobArgs {
+  explicit JobArgs(CLI::App& app, const char* of_json = "One JSON object instead of words") {
+    add_fields(app, job);
+    app.add_flag("--json", json, of_json);
+  }
+
+  Job job{};
+  bool json = false;
+};
+
+}  // namespace waymark::cli
+
+/// What the files are called that verbs write: an ending must not promise another format.
+namespace waymark::cli {
+
+/// For CLI11's transform(): the name of a recording to be written. What we write is MCAP: a name without an
+/// ending gets .mcap, and one must not promise anything else.
+[[nodiscard]] CLI::Validator recording_name();
+
+/// For CLI11's check(): the name of a YAML file to be written ends in .yaml or .yml, or it is a device.
+[[nodiscard]] CLI::Validator yaml_name();
 
 }  // namespace waymark::cli

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/cli/settings.hpp"
+#include "waymark/app/cli/flags.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -1,7 +1,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/cli/interrupt.hpp"
+#include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/program.hpp"
 
 int main(int argc, char** argv) {

@@ -1,8 +1,7 @@
 #include "waymark/app/cli/paper_flags.hpp"
 
-#include "waymark/app/cli/failure.hpp"
-#include "waymark/app/cli/interrupt.hpp"
-#include "waymark/app/cli/job_flags.hpp"
+#include "waymark/app/cli/console.hpp"
+#include "waymark/app/cli/flags.hpp"
 
 namespace waymark::cli {
 

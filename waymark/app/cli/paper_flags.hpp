@@ -6,8 +6,8 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/cli/console_control.hpp"
-#include "waymark/app/cli/options_flags.hpp"
+#include "waymark/app/cli/console.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/common/json_line.hpp"
 #include "waymark/app/tags/tag_prints.hpp"
 #include "waymark/base/error.hpp"

@@ -8,12 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/cli/console_control.hpp"
-#include "waymark/app/cli/failure.hpp"
+#include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/flags.hpp"
-#include "waymark/app/cli/interrupt.hpp"
-#include "waymark/app/cli/job_flags.hpp"
-#include "waymark/app/cli/options_flags.hpp"
 #include "waymark/app/cli/verb.hpp"
 #include "waymark/app/common/json_line.hpp"
 // IWYU pragma: end_exports

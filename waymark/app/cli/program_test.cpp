@@ -9,8 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/help_text.hpp"
-#include "waymark/app/cli/options_flags.hpp"
 
 namespace waymark::cli {
 namespace {

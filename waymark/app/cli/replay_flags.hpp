@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "waymark/app/cli/options_flags.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/replay/replay_route.hpp"
 
 namespace waymark::cli {

@@ -1,22 +1,388 @@
 #include "waymark/app/commission/commission.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
+
+#include <poll.h>
+#include <unistd.h>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/commission/first_drive.hpp"
-#include "waymark/app/commission/typed_line.hpp"
+#include "waymark/app/commission/stop_trials.hpp"
 #include "waymark/app/common/output_files.hpp"
+#include "waymark/app/live/inputs.hpp"
+#include "waymark/app/live/live_robot.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/robots/watchdog/command_watch.hpp"
+#include "waymark/robots/watchdog/stop_socket.hpp"
+#include "waymark/runtime/commission_motion.hpp"
 
 namespace waymark {
+namespace {
+
+/// A line of standard input, without its end. Fails at the end of the input, and when it is cancelled.
+Result<std::string> typed_line(const std::function<bool()>& cancelled) {
+  std::string line;
+  while (!cancelled()) {
+    pollfd ready{STDIN_FILENO, POLLIN, 0};
+    constexpr int kSlice_ms = 100;
+    if (poll(&ready, 1, kSlice_ms) <= 0) continue;
+    char typed = 0;
+    if (read(STDIN_FILENO, &typed, 1) != 1)
+      return fail(ErrorCode::InvalidArgument, "nobody answers at standard input", {.key = "--yes"},
+                  "Give --yes where no person is there, and the robot is where it may drive.");
+    if (typed == '\n') return line;
+    line += typed;
+  }
+  return fail(ErrorCode::Unreadable, "stopped");
+}
+
+constexpr VelocityCommand kFirstForward{.speed_m_s = 0.1, .yaw_rate_rad_s = 0};
+
+constexpr VelocityCommand kFirstTurn{.speed_m_s = 0, .yaw_rate_rad_s = 0.4};
+
+/// The steps of commission(), one after the other. Each adds what it found; an error means that the next one
+/// cannot be taken.
+class FirstDrive {
+ public:
+  FirstDrive(const RobotSetup& setup, const CommissionJob& job, const CommissionPerson& person,
+             const JobControl& control);
+
+  /// With the wheels in the air: forward, left.
+  Status drive_lifted();
+  /// 0.5 m, 90 degrees, 0.3 m.
+  Status drive_on_floor();
+  /// Of a real robot, or one in real time: `waymark stop`, no commands, a killed driver, no data.
+  Status try_stops();
+
+  [[nodiscard]] CommissionReport& report() { return report_; }
+
+ private:
+  Status open();
+  Status wait_for(const std::string& words);
+  Result<MotionTrace> drive(
+      const MotionOptions& options, const std::string& words,
+      const std::function<bool()>& ends = [] { return false; });
+  void add(const std::string& step, std::vector<CommissionLine> lines);
+  Status stop_by_request();
+  Status stop_by_key();
+  Status stop_by_silence();
+  Status stop_by_kill();
+  Status see_again(MotionTiming& timing);
+  Status lose_data();
+
+  const RobotSetup& setup_;
+  const CommissionJob& job_;
+  const CommissionPerson& person_;
+  const JobControl& control_;
+  TagWitness witness_{};
+  std::unique_ptr<LiveRobot> robot_{};
+  CommissionReport report_{};
+};
+
+TagWitness witness_of(const RobotSetup& setup, double tag_size_m) {
+  TagWitness witness{.cameras = setup.simulated.cameras()};
+  if (tag_size_m > 0) {
+    witness.sizes.default_size_m = tag_size_m;
+  } else {
+    for (const auto& [id, tag] : setup.simulated.world.tags.tags)
+      witness.sizes.size_by_tag_m[id] = tag.size_m;
+  }
+  return witness;
+}
+
+/// By this origin, else by the first one.
+double ratio_of(const std::vector<MotionReading>& readings, const char* origin) {
+  double ratio = 0;
+  for (const MotionReading& reading : readings) {
+    if (reading.origin == origin || ratio == 0) ratio = reading.ratio;
+  }
+  return ratio;
+}
+
+FirstDrive::FirstDrive(const RobotSetup& setup, const CommissionJob& job, const CommissionPerson& person,
+                       const JobControl& control)
+    : setup_(setup),
+      job_(job),
+      person_(person),
+      control_(control),
+      witness_(witness_of(setup, job.tag_size_m)) {}
+
+Status FirstDrive::open() {
+  if (robot_ != nullptr) return {};
+  auto robot = LiveRobot::open_first(setup_, control_);
+  if (!robot) return tl::unexpected(robot.error());
+  robot_ = std::move(*robot);
+  report_.real = robot_->process().hello().is_real();
+  return report_.real && job_.output.empty() ? check_output_file(commission_file(setup_)) : Status();
+}
+
+Status FirstDrive::wait_for(const std::string& words) {
+  robot_.reset();  // nobody drives while a person has the hands on it
+  return person_.ready(words);
+}
+
+void FirstDrive::add(const std::string& step, std::vector<CommissionLine> lines) {
+  for (CommissionLine& line : lines) report_.findings.push_back({step, std::move(line)});
+}
+
+Result<MotionTrace> FirstDrive::drive(const MotionOptions& options, const std::string& words,
+                                      const std::function<bool()>& ends) {
+  if (Status opened = open(); !opened) return tl::unexpected(opened.error());
+  control_.note(words);
+  CommissionMotion motion(options, witness_);
+  RobotListener listener;
+  listener.on_sample = [&](const Sample& sample) {
+    motion.receive(sample);
+    return Status();
+  };
+  listener.decide = [&](Duration uptime, SensorTime now) {
+    if (motion.moving() && ends()) motion.end_motion();
+    return motion.decide(uptime, now);
+  };
+  listener.should_stop = control_.cancelled;
+  const auto end = robot_->drive(std::move(listener));
+  if (!end) return tl::unexpected(end.error());
+  if (end->interrupted) return fail(ErrorCode::Unreadable, "stopped");
+  return motion.trace();
+}
+
+Status FirstDrive::drive_lifted() {
+  const RobotModel& model = setup_.simulated.model;
+  if (Status ready = wait_for("Lift the robot so that its wheels turn freely."); !ready) return ready;
+  const auto forward = drive({.command = kFirstForward}, "lifted: forward at 0.1 m/s for 2 s");
+  if (!forward) return tl::unexpected(forward.error());
+  add("lifted", judge_forward(*forward, model, Ground::Lifted, person_.saw("Did all wheels turn forward?")));
+  add("lifted", judge_standing(standing_part(*forward)));
+  add("lifted", {judge_stop("stop.zero", timing_of(*forward), 0)});
+  const auto turn = drive({.command = kFirstTurn}, "lifted: left at 0.4 rad/s for 2 s");
+  if (!turn) return tl::unexpected(turn.error());
+  add("lifted",
+      judge_turn(*turn, model, Ground::Lifted,
+                 person_.saw("Did the wheels of the right side turn forward, those of the left backward?")));
+  return {};
+}
+
+Status FirstDrive::drive_on_floor() {
+  const RobotModel& model = setup_.simulated.model;
+  if (Status ready = wait_for("Put the robot on the floor, with 1.5 m free ahead and to its left."); !ready)
+    return ready;
+  const auto forward =
+      drive({.command = kFirstForward, .most_s = 7, .way = 0.5}, "floor: forward at 0.1 m/s, 0.5 m");
+  if (!forward) return tl::unexpected(forward.error());
+  add("floor",
+      judge_forward(*forward, model, Ground::Floor, person_.saw("Did it drive forward, by half a metre?")));
+  add("floor", judge_standing(standing_part(*forward)));
+  const MotionTiming timing = timing_of(*forward);
+  add("floor", {judge_response(timing), judge_stop("stop.zero", timing, 0)});
+  const auto turn = drive({.command = kFirstTurn, .most_s = 12, .way = M_PI / 2, .far_m = 0.3},
+                          "floor: 90 degrees to the left at 0.4 rad/s");
+  if (!turn) return tl::unexpected(turn.error());
+  add("floor",
+      judge_turn(*turn, model, Ground::Floor, person_.saw("Did it turn to its left, by a quarter turn?")));
+  const auto second =
+      drive({.command = kFirstForward, .most_s = 4, .way = 0.3}, "floor: forward again, 0.3 m");
+  if (!second) return tl::unexpected(second.error());
+  std::vector<OdometryLeg> legs;
+  constexpr double kSettle_s = 0.6;
+  for (const MotionTrace* trace : {&*forward, &*second}) {
+    if (const auto leg = odometry_leg(steady_part(*trace, kSettle_s))) legs.push_back(*leg);
+  }
+  add("floor", judge_axes(legs));
+  const MotionTrace steady = steady_part(*turn, kSettle_s);
+  report_.figures.response_s = timing.response_s;
+  report_.figures.stopping_s = timing.stopping_s;
+  if (timing.stopping_s) report_.figures.stopping_m = timing.stopping_m;
+  report_.figures.speed_scale = ratio_of(forward_readings(steady_part(*forward, kSettle_s), model), "tags");
+  report_.figures.yaw_rate_scale = ratio_of(turn_readings(steady, standing_part(*turn), model), "tags");
+  return {};
+}
+
+using V = CommissionVerdict;
+
+constexpr const char* kNoPerson = "a person at the terminal (leave --yes out)";
+
+/// A folder that is removed with all that is in it.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "waymark-stop-XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+double command_timeout_s() { return to_seconds(CommandWatchOptions{}.timeout); }
+
+}  // namespace
+
+/// Its socket stands in a folder of its own, so that no other drive of this user is stopped.
+Status FirstDrive::stop_by_request() {
+  const ScratchFolder folder;
+  std::atomic<bool> asked{false};
+  const auto socket = StopSocket::open(folder.path(), "first drive", [&] { asked = true; });
+  if (!socket) return tl::unexpected(socket.error());
+  std::future<std::vector<StopAnswer>> answers;
+  const Duration began = steady_now();
+  const auto trace =
+      drive({.command = kFirstForward, .most_s = 4}, "stops: a request as of `waymark stop`", [&] {
+        constexpr Duration kDriven = std::chrono::milliseconds(2000);
+        if (!answers.valid() && steady_now() - began > kDriven)
+          answers = std::async(std::launch::async,
+                               [&] { return stop_all(folder.path(), std::chrono::seconds(2)); });
+        return asked.load();
+      });
+  if (!trace) return tl::unexpected(trace.error());
+  CommissionLine line = judge_stop("stop.request", timing_of(*trace), 0);
+  if (!asked) line = {line.key, V::Fail, "a request to stop did not arrive", "waymark doctor"};
+  add("stops", {line});
+  return {};
+}
+
+/// A press before the wheels turn stops nothing that could be judged: the drive begins again.
+Status FirstDrive::stop_by_key() {
+  StopKey key(false);
+  if (!person_.there || !key.watched()) {
+    add("stops", {{"stop.key", V::Warn, "the space bar was not tried", kNoPerson}});
+    return {};
+  }
+  constexpr int kTries = 3;
+  bool pressed = false;
+  MotionTiming timing;
+  for (int tried = 0; tried < kTries && (tried == 0 || (pressed && !timing.response_s)); ++tried) {
+    if (tried > 0) control_.note("stops: the space bar was pressed before the robot moved; once more");
+    pressed = false;
+    const auto trace = drive({.command = kFirstForward, .most_s = 10},
+                             "stops: press the space bar while the wheels turn", [&] {
+                               pressed = pressed || key.pressed();
+                               return pressed;
+                             });
+    if (!trace) return tl::unexpected(trace.error());
+    timing = timing_of(*trace);
+  }
+  CommissionLine line = judge_stop("stop.key", timing, 0);
+  if (!pressed) line = {line.key, V::Fail, "nobody pressed the space bar for 10 s", kNoPerson};
+  if (pressed && !timing.response_s)
+    line = {line.key, V::Warn, "not judged: the space bar was pressed before the robot moved",
+            "run it again"};
+  add("stops", {line});
+  return {};
+}
+
+Status FirstDrive::stop_by_silence() {
+  if (Status opened = open(); !opened) return opened;
+  control_.note("stops: no commands any more");
+  const auto trace = fall_silent(robot_->process(), {.cancelled = control_.cancelled});
+  if (!trace) return tl::unexpected(trace.error());
+  const MotionTiming timing = timing_of(*trace);
+  add("stops", {judge_stop("stop.silence", timing, command_timeout_s())});
+  report_.figures.silence_stopping_s = timing.stopping_s;
+  return {};
+}
+
+/// A robot whose process ended before it was seen standing is looked at again.
+Status FirstDrive::see_again(MotionTiming& timing) {
+  const Duration began = steady_now();
+  if (Status opened = open(); !opened) return opened;
+  constexpr double kLook_s = 1;
+  const auto seen = look_at(robot_->process(), kLook_s, control_.cancelled);
+  if (!seen) return tl::unexpected(seen.error());
+  const bool stands =
+      !seen->odometry.empty() && std::ranges::all_of(seen->odometry, [](const Odometry& odometry) {
+        constexpr double kStill = 0.02;
+        return std::abs(odometry.speed_m_s) < kStill;
+      });
+  timing.watched_s += to_seconds(steady_now() - began);
+  if (stands) timing.stopping_s = timing.watched_s;
+  return {};
+}
+
+Status FirstDrive::stop_by_kill() {
+  if (Status opened = open(); !opened) return opened;
+  control_.note("stops: the driving process is killed");
+  const auto trace = kill_driver(robot_->process(), {.cancelled = control_.cancelled});
+  robot_.reset();
+  if (!trace) return tl::unexpected(trace.error());
+  MotionTiming timing = timing_of(*trace);
+  constexpr double kEnough_s = 1.3;
+  bool late = false;
+  if (timing.response_s && !timing.stopping_s && timing.watched_s < kEnough_s) {
+    if (Status seen = see_again(timing); !seen) return seen;
+    late = timing.stopping_s.has_value();
+  }
+  CommissionLine line = judge_stop("stop.kill", timing, command_timeout_s());
+  if (late)
+    line = {line.key, V::Warn,
+            "the robot's process ended before it was seen standing; it stood when it was started again",
+            "the robot's program, which must go on with odometry until `bye`"};
+  add("stops", {line});
+  if (!late) report_.figures.kill_stopping_s = timing.stopping_s;
+  return {};
+}
+
+Status FirstDrive::lose_data() {
+  if (!person_.there) {
+    add("stops", {{"stop.cable", V::Warn, "pulling the cable was not tried", kNoPerson}});
+    return {};
+  }
+  if (Status opened = open(); !opened) return opened;
+  constexpr double kPatience_s = 30;
+  control_.note(fmt::format(
+      "stops: pull the cable of the robot, or switch off its radio, within {:g} s, or wait; the robot stands",
+      kPatience_s));
+  const auto silent_s = await_silence(robot_->process(), kPatience_s, control_.cancelled);
+  if (!silent_s) return tl::unexpected(silent_s.error());
+  if (*silent_s) {
+    add("stops",
+        {{"stop.cable", V::Ok, fmt::format("noticed {:.2f} s after the last odometry", **silent_s), ""}});
+  } else if (person_.saw("Odometry went on coming. Was the cable pulled?").value_or(false)) {
+    add("stops", {{"stop.cable", V::Fail, "odometry went on coming: the pulled cable was not noticed",
+                   "the robot's program, which must not repeat old data"}});
+  } else {
+    add("stops", {{"stop.cable", V::Warn, "pulling the cable was not tried", "a cable or a radio to cut"}});
+    return {};
+  }
+  return wait_for("Plug the cable in again, and wait until the robot is up.");
+}
+
+Status FirstDrive::try_stops() {
+  if (Status opened = open(); !opened) return opened;
+  if (robot_->process().hello().lockstep) {
+    add("stops", {{"stop.kill", V::Warn, "not tried: the robot waits for its commands (lockstep)",
+                   "a robot in real time"}});
+    return {};
+  }
+  Status status = stop_by_request();
+  if (status) status = stop_by_key();
+  if (status) status = stop_by_silence();
+  if (status) status = stop_by_kill();
+  if (status) status = lose_data();
+  return status;
+}
+
 namespace {
 
 namespace fs = std::filesystem;

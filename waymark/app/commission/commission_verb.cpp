@@ -1,7 +1,7 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/app/commission/commission.hpp"
-#include "waymark/app/live/own_robot.hpp"
+#include "waymark/app/live/robot_setup.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/common/robot_text.hpp"
+#include "waymark/app/robot/robot_table.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/config/robot_file.hpp"
 

@@ -5,13 +5,12 @@
 #include <CLI/App.hpp>
 
 #include "waymark/app/cli/console.hpp"
-#include "waymark/app/cli/detector_flags.hpp"
+#include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/pose_flags.hpp"
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/convert/convert_log.hpp"
 #include "waymark/app/convert/record_camera.hpp"
-#include "waymark/app/live/camera_address.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/live/camera_address.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/base/message_text.hpp"
 
 namespace waymark {

@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/camera_tags.hpp"
-#include "waymark/app/live/camera_watch.hpp"
+#include "waymark/app/live/cameras.hpp"
 
 namespace waymark {
 

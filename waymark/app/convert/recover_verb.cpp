@@ -1,4 +1,4 @@
-#include "waymark/app/cli/file_names.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/convert/recover_log.hpp"
 

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/live/camera_address.hpp"
 #include "waymark/app/live/camera_page.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/base/message_text.hpp"
 
 namespace waymark {

@@ -8,8 +8,8 @@
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/detect/detect_pictures.hpp"
-#include "waymark/app/live/camera_watch.hpp"
-#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/live/cameras.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/base/fields.hpp"
 
 /// `waymark detect v4l2:…`: what is found in the pictures of live cameras.

@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include "waymark/app/cli/console.hpp"
-#include "waymark/app/cli/detector_flags.hpp"
+#include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/pose_flags.hpp"
 #include "waymark/app/detect/detect_cameras.hpp"
 #include "waymark/app/detect/detect_pictures.hpp"
 #include "waymark/base/message_text.hpp"

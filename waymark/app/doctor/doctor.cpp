@@ -2,215 +2,121 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <chrono>
-#include <system_error>
-
-#include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include "waymark/app/common/shell_word.hpp"
-#include "waymark/app/live/camera_address.hpp"
-#include "waymark/base/order_statistics.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/camera_file.hpp"
-#include "waymark/robots/watchdog/pipes.hpp"
+#include "waymark/app/doctor/robot_checks.hpp"
+#include "waymark/app/doctor/tag_checks.hpp"
+#include "waymark/app/live/robot_kinds.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
 namespace {
 
-constexpr double kOldDays = 180;
-constexpr std::uint64_t kFew_bytes = 200'000'000;
-constexpr std::uint64_t kSome_bytes = 2'000'000'000;
-constexpr double kFewCores = 0.5;  // more leaves no room for mapping, the page and other programs
-constexpr double kNoCore = 0.9;
-constexpr Duration kLook = std::chrono::seconds(1);
-constexpr Duration kFirst = std::chrono::seconds(5);  // some cameras take seconds until the first picture
-
-constexpr const char* kCalibrate = "waymark calibrate camera --help";
-
-DoctorLine check_device(const CameraDevice& device) {
-  DoctorLine line{.key = "camera", .words = fmt::format("{}: {}", device.path, device.card)};
-  const auto readable = std::ranges::count_if(device.modes, &CameraMode::readable);
-  if (device.problem) {
-    line.level = DoctorLevel::Fail;
-    line.words = fmt::format("{}: {}", device.path, device.problem->message);
-    line.command = device.problem->hint;
-  } else if (readable == 0) {
-    line.level = DoctorLevel::Fail;
-    line.words += " delivers no format that is read";
-    line.command = fmt::format("gst-launch-1.0 v4l2src device={} ! fakesink", device.path);
-  } else if (!device.holder.empty()) {
-    line.level = DoctorLevel::Warn;
-    line.words += " is used by " + device.holder;
-    line.command = fmt::format("fuser -v {}", device.path);
-  } else {
-    line.words += fmt::format(", {} formats and sizes", readable);
-  }
-  return line;
+/// What was named, else what is in the current folder.
+std::string calibration_file(const DoctorJob& job) {
+  std::error_code ignored;
+  const std::string found = std::filesystem::exists("calibration.yaml", ignored) ? "calibration.yaml" : "";
+  return job.calibration.empty() ? found : job.calibration;
 }
 
-std::string unobservable_in(const Calibration& calibration) {
-  std::string names;
-  for (const auto& [name, value] : calibration.values)
-    if (value.verdict == CalibrationVerdict::Unobservable) names += (names.empty() ? "" : ", ") + name;
-  return names;
+DoctorLine calibration_line(const std::string& file) {
+  if (!file.empty()) return check_calibration(file, std::filesystem::file_time_type::clock::now());
+  return {"calibration", DoctorLevel::Warn, "no calibration was named, and there is no calibration.yaml here",
+          "waymark doctor --camera FILE"};
+}
+
+/// What is found at the address of a robot of some kind, without moving it.
+struct RobotCheck {
+  std::string_view kind;
+  std::vector<DoctorLine> (*check)(const std::string& address, const DoctorCancelled& cancelled);
+};
+constexpr std::array kRobotChecks = {RobotCheck{"ros2", check_ros2}, RobotCheck{"limo", check_limo},
+                                     RobotCheck{"mbot", check_mbot}, RobotCheck{"gazebo", check_gazebo}};
+
+/// The lines of a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that has no checks.
+Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const DoctorCancelled& cancelled) {
+  std::vector<std::string> names;
+  for (const RobotKind& kind : robot_kinds()) {
+    const auto* const row = std::ranges::find(kRobotChecks, kind.name, &RobotCheck::kind);
+    if (row == kRobotChecks.end()) continue;
+    const std::string begin = std::string(kind.name) + ":";
+    if (robot.starts_with(begin)) {
+      const auto start = kind.start(robot.substr(begin.size()), "");  // fails if the address is invalid
+      if (!start) return tl::unexpected(start.error());
+      return row->check(robot.substr(begin.size()), cancelled);
+    }
+    names.push_back(begin + std::string(kind.address));
+  }
+  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'",
+              {.key = "--robot"}, suggestion(robot, names));
+}
+
+/// The loop of a robot on drawn pictures.
+Result<DoctorLine> processor_line(const LoopTrial& trial, const DoctorCancelled& cancelled) {
+  const auto finder = make_tag_finder();
+  if (!finder) return tl::unexpected(finder.error());
+  const auto tried = try_loop(*finder, trial, cancelled);
+  if (!tried) return tl::unexpected(tried.error());
+  return check_processor(trial, *tried);
 }
 
 }  // namespace
 
-const char* to_string(DoctorLevel level) {
-  constexpr std::array kWords = {"ok", "warn", "fail"};
-  return kWords[static_cast<std::size_t>(level)];
-}
-
-std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) {
+Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCancelled& cancelled) {
   std::vector<DoctorLine> lines;
-  lines.reserve(std::max<std::size_t>(1, devices.size()));
-  for (const CameraDevice& device : devices) lines.push_back(check_device(device));
-  if (lines.empty())
-    lines.push_back({"camera", DoctorLevel::Warn,
-                     "this computer has no camera; a robot may send pictures of its own", "waymark cameras"});
+  const std::vector<CameraDevice> cameras = list_cameras();
+  if (!cameras.empty() || job.sources.empty()) lines = check_cameras(cameras);
+  if (!job.robot.empty()) {
+    auto found = check_robot(job.robot, cancelled);
+    if (!found) return tl::unexpected(found.error());
+    lines.insert(lines.begin(), found->begin(), found->end());
+  }
+  for (DoctorLine& line : check_devices()) lines.push_back(std::move(line));
+  for (const std::string& source : job.sources) lines.push_back(check_live_camera(source, cancelled));
+  const std::string calibration = calibration_file(job);
+  lines.push_back(calibration_line(calibration));
+  if (job.tag.distance_m > 0)
+    for (const std::string& source : job.sources)
+      lines.push_back(check_tag_size(source, calibration, job.tag, cancelled));
+  if (!job.map.empty())
+    for (const std::string& source : job.sources)
+      lines.push_back(check_map_tags(source, calibration, job.map, cancelled));
+  lines.push_back(check_disk(job.folder));
+  if (job.sources.empty() && finds_tags_itself(job.robot)) {
+    lines.push_back({"processor", DoctorLevel::Ok, "not tried: the robot finds its tags itself", ""});
+  } else {
+    auto line = processor_line(job.trial, cancelled);
+    if (!line) return tl::unexpected(line.error());
+    lines.push_back(std::move(*line));
+  }
+  if (cancelled()) return fail(ErrorCode::LimitExceeded, "stopped before all checks were made");
   return lines;
 }
 
-std::string words_of_flat_picture(const ImageView& image) {
-  constexpr std::size_t kEvery = 4;  // pixels: a quick look
-  constexpr double kFew = 0.0005;    // pixels that say nothing
-  constexpr double kDark = 40;
-  std::vector<double> levels;
-  for (int y = 0; y < image.height; ++y)
-    for (std::size_t x = static_cast<std::size_t>(y) % kEvery; x < static_cast<std::size_t>(image.width);
-         x += kEvery)
-      levels.push_back(image.row(y)[x]);
-  if (levels.empty()) return {};
-  const double low = quantile(levels, kFew);
-  const double high = quantile(std::move(levels), 1 - kFew);
-  if (high - low >= DetectorOptions{}.min_white_black_diff) return {};
-  return fmt::format(
-      "; its last picture has grey levels from {:.0f} to {:.0f} only, too little contrast for a tag: {}", low,
-      high,
-      high < kDark ? "is the lens covered, or the exposure too short?"
-                   : "is the exposure too long, or the lens before a wall?");
+bool any_failed(const std::vector<DoctorLine>& lines) {
+  return std::ranges::find(lines, DoctorLevel::Fail, &DoctorLine::level) != lines.end();
 }
 
-DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled) {
-  DoctorLine line{.key = "camera", .words = address};
-  const auto failed = [&](const Error& error) {
-    line.level = DoctorLevel::Fail;
-    line.words = to_string(error);
-    line.command = "waymark cameras";
-    return line;
-  };
-  const auto camera = open_live_camera(address);
-  if (!camera) return failed(camera.error());
-  std::string said;
-  std::string flat;
-  int pictures = 0;
-  SensorTime first{};
-  SensorTime last{};
-  Duration end = steady_now() + kFirst;
-  while (steady_now() < end && !(*camera)->ended() && !cancelled()) {
-    const auto event = (*camera)->next(std::chrono::milliseconds(100));
-    if (!event) return failed(event.error());
-    if (!*event) continue;
-    if (const auto* text = std::get_if<RobotText>(&**event)) said += "; " + text->text;
-    if (const auto* sample = std::get_if<Sample>(&**event)) {
-      last = stamp_of(*sample);
-      if (const auto* frame = std::get_if<CameraFrame>(sample))
-        flat = words_of_flat_picture(frame->image.view());
-      if (pictures++ == 0) {
-        first = last;
-        end = steady_now() + kLook;
-      }
-    }
+std::string to_text(const std::vector<DoctorLine>& lines) {
+  std::string text;
+  for (const DoctorLine& line : lines) {
+    text += fmt::format("{:<5} {:<12} {}\n", to_string(line.level), line.key, line.words);
+    if (!line.command.empty()) text += fmt::format("{:<19}{}\n", "", line.command);
   }
-  const bool silent = pictures < 2;
-  if (!silent) said += flat;
-  const bool warns = silent || !said.empty();
-  line.level = silent ? DoctorLevel::Fail : warns ? DoctorLevel::Warn : DoctorLevel::Ok;
-  line.words = (*camera)->description() +
-               (silent ? std::string(" delivers no pictures")
-                       : fmt::format(" delivers {:.1f} pictures a second",
-                                     (pictures - 1) / to_seconds(last - first))) +
-               said;
-  if (warns) line.command = "waymark detect " + shell_word(address) + " --view";
-  return line;
+  return text;
 }
 
-DoctorLine check_calibration(const std::filesystem::path& path, std::filesystem::file_time_type now) {
-  DoctorLine line{.key = "calibration", .level = DoctorLevel::Warn, .command = kCalibrate};
-  std::error_code error;
-  const auto written = std::filesystem::last_write_time(path, error);
-  const auto calibration = read_calibration(path);
-  const auto camera = calibration ? Result<NamedCamera>(fail(ErrorCode::NotFound, "")) : read_camera(path);
-  if (error || (!calibration && !camera)) {
-    line.level = DoctorLevel::Fail;
-    line.words = to_string(camera ? Error{ErrorCode::NotFound, error.message()} : camera.error());
-    return line;
-  }
-  const double days = std::chrono::duration<double>(now - written).count() / 86400;
-  const std::string doubtful = calibration ? unobservable_in(*calibration) : std::string();
-  line.words = fmt::format("{}: {:.0f} days old", path.string(), std::max(0.0, days));
-  if (!calibration)
-    line.words += ", and does not say how exact it is";
-  else if (!calibration->camera)
-    line.words += ", and calibrates no camera";
-  else if (!doubtful.empty())
-    line.words += ", and could not determine " + doubtful;
-  else if (days > kOldDays)
-    line.words += ": a lens that was touched since needs a new one";
-  else
-    line = {.key = "calibration", .words = line.words + ", all that was tried is known"};
-  return line;
-}
-
-DoctorLine check_disk(const std::filesystem::path& folder) {
-  std::error_code error;
-  if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
-    return {"disk", DoctorLevel::Fail, fmt::format("{}: this is no folder", folder.string()),
-            "ls -ld " + shell_word(folder.string())};
-  if (std::filesystem::exists(folder, error) && access(folder.c_str(), W_OK) != 0)
-    return {"disk", DoctorLevel::Fail,
-            fmt::format("{}: nothing can be written there: {}", folder.string(),
-                        std::generic_category().message(errno)),
-            "ls -ld " + shell_word(folder.string())};
-  const std::filesystem::space_info space = std::filesystem::space(folder, error);
-  if (!error) return check_disk(folder, space.available);
-  return {"disk", DoctorLevel::Fail, fmt::format("{}: {}", folder.string(), error.message()), "df -h"};
-}
-
-DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_bytes) {
-  const double gigabytes = static_cast<double>(free_bytes) * 1e-9;
-  DoctorLine line{.key = "disk",
-                  .words = fmt::format("{:.1f} GB are free at {}", gigabytes, folder.string())};
-  if (free_bytes >= kSome_bytes) return line;
-  line.level = free_bytes < kFew_bytes ? DoctorLevel::Fail : DoctorLevel::Warn;
-  line.command = fmt::format("du -sh {}/* | sort -h | tail", folder.string());
-  return line;
-}
-
-namespace {
-
-DoctorLevel level_of(const LoopTrialResult& result) {
-  const bool late = result.dropped * 10 > result.pictures || result.share > kNoCore || result.pictures == 0;
-  return late ? DoctorLevel::Fail : result.share > kFewCores ? DoctorLevel::Warn : DoctorLevel::Ok;
-}
-
-}  // namespace
-
-DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result) {
-  DoctorLine line{
-      .key = "processor",
-      .level = level_of(result),
-      .words = fmt::format("tags in {} x {} px at {:g} Hz take {:.0f} % of one core, {:.1f} ms from "
-                           "picture to tags; {} of {} pictures passed over",
-                           trial.width, trial.height, trial.rate_hz, 100 * result.share, result.median_ms,
-                           result.dropped, result.pictures)};
-  if (line.level != DoctorLevel::Ok)
-    line.command = fmt::format("waymark doctor --rate-hz {:g}", trial.rate_hz / 2);
-  return line;
+nlohmann::ordered_json to_json(const std::vector<DoctorLine>& lines) {
+  auto checks = nlohmann::ordered_json::array();
+  for (const DoctorLine& line : lines)
+    checks.push_back({{"check", line.key},
+                      {"level", to_string(line.level)},
+                      {"words", line.words},
+                      {"command", line.command}});
+  return {{"checks", std::move(checks)}};
 }
 
 }  // namespace waymark

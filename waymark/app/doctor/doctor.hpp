@@ -1,68 +1,67 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <string>
-#include <vector>
+#include <nlohmann/json_fwd.hpp>
 
-#include "waymark/cameras/v4l2/device_list.hpp"
-#include "waymark/tags/tag_finder.hpp"
+#include "waymark/app/doctor/tag_checks.hpp"
+#include "waymark/base/fields.hpp"
 
-/// Checks of a computer before a drive (`waymark doctor`).
 namespace waymark {
 
-/// Whether somebody wants the checks to end; asked ten times a second or more often.
-using DoctorCancelled = std::function<bool()>;
+/// What `waymark doctor` looks at.
+struct DoctorJob {
+  std::string robot{};                 ///< KIND:ADDRESS, which is heard and not moved; empty: none
+  std::string calibration{};           ///< empty: calibration.yaml in the current folder, if there is one
+  std::vector<std::string> sources{};  ///< addresses of cameras to take pictures from
+  std::string map{};                   ///< whose tags each source is searched for; empty: none
+  std::string folder = ".";            ///< where recordings will be written
+  LoopTrial trial{};
+  TagSizeTrial tag{};  ///< by the pictures of each source; without a distance: none
 
-enum class DoctorLevel : std::uint8_t { Ok, Warn, Fail };
-/// "ok", "warn", "fail".
-[[nodiscard]] const char* to_string(DoctorLevel level);
-
-struct DoctorLine {
-  std::string key{};  ///< a stable word: camera, calibration, map, disk, processor
-  DoctorLevel level = DoctorLevel::Ok;
-  std::string words{};
-  std::string command{};  ///< that mends it; empty where all is well
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.robot, JobField("robot NAME",
+                               "Robot to listen to, without moving it: limo:PORT, mbot:ADDRESS, ros2:PROFILE "
+                               "or gazebo:PROFILE, for example limo:/dev/ttyTHS1"));
+    visit(
+        self.calibration,
+        JobField(
+            "camera FILE",
+            "Calibration to look at. Unless given: calibration.yaml in the current folder, if there is one"));
+    visit(self.sources,
+          JobField("camera_source ADDRESS",
+                   "Camera to open and to take pictures from for a second, for example v4l2:/dev/video0"));
+    visit(self.tag.distance_m,
+          JobField("tag_at_m FLOAT",
+                   "Measure the printed size of a tag that hangs at this distance, from the front of the "
+                   "lens to its centre, measured with a tape to a centimetre",
+                   0.2, 20.0)
+              .needs("camera_source,tag_size_m"));
+    visit(self.tag.size_m,
+          JobField("tag_size_m FLOAT", "Side that the black square of that tag should have", 0.001, 10.0)
+              .needs("tag_at_m"));
+    visit(self.tag.families,
+          JobField("family NAME", "Families that the tag may be of").by_commas().needs("tag_at_m"));
+    visit(self.map, JobField("map FILE",
+                             "Map whose tags should be in view of these cameras, map.yaml or its folder: "
+                             "which of them are missed where the camera stands, and why")
+                        .needs("camera_source"));
+    visit(self.folder, JobField("folder PATH", "Folder in which recordings will be written"));
+    visit(self.trial.width, JobField("width_px INTEGER", "Width of the pictures of the trial", 64, 8192));
+    visit(self.trial.height, JobField("height_px INTEGER", "Height of the pictures of the trial", 64, 8192));
+    visit(self.trial.rate_hz, JobField("rate_hz FLOAT", "Rate of the pictures of the trial", 0.1, 1000.0));
+  }
 };
 
-/// One line a device; a warning where there is none.
-[[nodiscard]] std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices);
+/// All checks of a computer, in the order in which they are read. Takes two seconds for the loop and one for
+/// each camera. Fails where there is no such robot, nothing can be detected, or it was cancelled.
+[[nodiscard]] Result<std::vector<DoctorLine>> run_doctor(
+    const DoctorJob& job, const DoctorCancelled& cancelled = [] { return false; });
 
-/// What is wrong with a picture in which no two grey levels differ as a tag's do, behind a semicolon; empty
-/// where they do.
-[[nodiscard]] std::string words_of_flat_picture(const ImageView& image);
-
-/// Opens the camera of an address and takes pictures for a second: whether they come, at which rate, what the
-/// driver says of them, and whether they have contrast.
-[[nodiscard]] DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled);
-
-/// Whether the file calibrates a camera, what it could not determine, and how old it is; `now`: the clock of
-/// files.
-[[nodiscard]] DoctorLine check_calibration(const std::filesystem::path& path,
-                                           std::filesystem::file_time_type now);
-
-/// The room on the disk of a folder: a recording with pictures takes some 100 MB a minute.
-[[nodiscard]] DoctorLine check_disk(const std::filesystem::path& folder);
-[[nodiscard]] DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_bytes);
-
-/// What the trial of the loop is made of.
-struct LoopTrial {
-  int width = 640;   ///< [px]
-  int height = 480;  ///< [px]
-  double rate_hz = 30;
-  double seconds = 2;
-};
-struct LoopTrialResult {
-  int pictures = 0;
-  int dropped = 0;       ///< came while the one before was searched
-  double share = 0;      ///< of one core
-  double median_ms = 0;  ///< from picture to tags
-};
-
-/// Runs the loop of a robot (RobotLoop) on drawn pictures with four tags, in real time.
-[[nodiscard]] Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial,
-                                               const DoctorCancelled& cancelled);
-[[nodiscard]] DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result);
+/// Whether one of the checks failed.
+[[nodiscard]] bool any_failed(const std::vector<DoctorLine>& lines);
+/// A line each, and below it the command that mends it.
+[[nodiscard]] std::string to_text(const std::vector<DoctorLine>& lines);
+/// The keys of `waymark doctor --json` (docs/reference/cli.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<DoctorLine>& lines);
 
 }  // namespace waymark

@@ -1,5 +1,5 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/doctor/doctor_job.hpp"
+#include "waymark/app/doctor/doctor.hpp"
 
 namespace waymark::cli {
 namespace {

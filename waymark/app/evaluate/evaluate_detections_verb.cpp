@@ -1,4 +1,4 @@
-#include "waymark/app/cli/detector_flags.hpp"
+#include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/detect/detect_pictures.hpp"
 #include "waymark/app/evaluate/evaluate_detections.hpp"

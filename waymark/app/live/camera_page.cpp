@@ -9,7 +9,7 @@
 
 #include "waymark/app/common/json_line.hpp"
 #include "waymark/app/common/lap_input.hpp"
-#include "waymark/app/live/cameras_text.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/mounted_camera.hpp"

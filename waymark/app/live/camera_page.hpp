@@ -8,7 +8,7 @@
 
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/camera_tags.hpp"
-#include "waymark/app/live/camera_watch.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/server/live_feed.hpp"
 

@@ -1,6 +1,7 @@
 #include "waymark/app/live/inputs.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include <unistd.h>
@@ -17,6 +18,29 @@
 #include "waymark/server/live_feed.hpp"
 
 namespace waymark {
+namespace {
+
+/// Whoever is in the background and touches the terminal it was started from is stopped by it, and the robot
+/// with it.
+bool in_foreground() {
+  const pid_t group = tcgetpgrp(STDIN_FILENO);
+  return group < 0 || group == getpgrp();
+}
+
+}  // namespace
+
+StopKey::StopKey(bool taken) {
+  if (taken || !in_foreground()) return;
+  auto keys = TerminalKeys::open(STDIN_FILENO);
+  if (keys) keys_ = std::move(*keys);
+}
+
+bool StopKey::pressed() {
+  if (!keys_ || !in_foreground()) return false;
+  const Result<std::string> typed = keys_->read();
+  return typed && typed->find(' ') != std::string::npos;
+}
+
 namespace {
 
 tl::unexpected<Error> no_driver(const std::string& name, const std::vector<std::string>& known) {

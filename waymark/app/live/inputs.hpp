@@ -5,12 +5,28 @@
 #include <string>
 #include <vector>
 
+#include "waymark/inputs/keyboard/terminal_keys.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/runtime/lap_driver.hpp"
 #include "waymark/runtime/operator_input.hpp"
 #include "waymark/runtime/viewer_orders.hpp"
 
 namespace waymark {
+
+/// The space bar of the terminal, which stops a drive whoever drives. Where standard input is no terminal, is
+/// somebody else's, or this program is in the background, nothing is ever pressed.
+class StopKey {
+ public:
+  /// `taken`: a driver reads the keys itself.
+  explicit StopKey(bool taken);
+
+  /// Since the last call; never waits.
+  [[nodiscard]] bool pressed();
+  [[nodiscard]] bool watched() const { return keys_ != nullptr; }
+
+ private:
+  std::unique_ptr<TerminalKeys> keys_{};
+};
 
 class LiveFeed;
 

@@ -1,15 +1,113 @@
 #include "waymark/app/live/live_robot.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <utility>
+#include <variant>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "waymark/app/live/commission_limit.hpp"
+#include "waymark/app/common/shell_word.hpp"
 #include "waymark/base/message_text.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
+
+std::optional<std::string> lacks_commission(const RobotSetup& setup, const RobotHello& hello) {
+  if (!hello.is_real()) return std::nullopt;
+  std::string why = "holds no first drive";
+  if (setup.commissioned) {
+    const auto changes = changes_since(*setup.commissioned, setup.simulated.model, setup.ground);
+    if (setup.commissioned->passed && changes.empty()) return std::nullopt;
+    why = !setup.commissioned->passed
+              ? fmt::format("holds a first drive that did not pass ({})",
+                            fmt::join(setup.commissioned->failed, ", "))
+              : fmt::format("holds a first drive that no longer counts: {}", fmt::join(changes, "; "));
+  }
+  return fmt::format(
+      "the robot's file {} {}. Until one has passed it is driven at {:g} m/s at most: "
+      "waymark commission --robot {} --robot-file {}",
+      setup.robot_path, printable(why), kUncommissionedSpeed_m_s, shell_word(setup.ground.robot),
+      shell_word(setup.robot_path));
+}
+
+VelocityCommand slowed(const VelocityCommand& command, double most_m_s, const MotionLimits& limits) {
+  double share = 1;
+  const auto bound = [&share](double value, double most) {
+    if (std::abs(value) > most) share = std::min(share, most / std::abs(value));
+  };
+  bound(command.speed_m_s, std::min(most_m_s, limits.speed_m_s));
+  bound(command.yaw_rate_rad_s, limits.yaw_rate_rad_s);
+  return {share * command.speed_m_s, share * command.yaw_rate_rad_s};
+}
+
+namespace {
+
+constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // a picture waits no longer for the robot
+constexpr Duration kMostAge = std::chrono::seconds(1);  // of a picture, as of all messages (StampGate)
+
+}  // namespace
+
+bool RobotWithCameras::more() const {
+  return robot_.more() || std::ranges::any_of(cameras_, [](const auto& camera) { return camera->more(); });
+}
+
+/// Stamps of one camera grow also where the estimate of the robot's clock is moved back.
+bool RobotWithCameras::move_to_robots_clock(CameraFrame& frame) {
+  const auto now = robot_.now();
+  const Duration age = steady_now() - frame.stamp.time_since_epoch();
+  if (!now || age > kMostAge) return false;
+  SensorTime& newest = newest_[frame.camera];
+  newest = frame.stamp = std::max(*now - age, newest + Duration(1));
+  return true;
+}
+
+bool RobotWithCameras::replaced(const RobotEvent& event) const {
+  const auto* sample = std::get_if<Sample>(&event);
+  const auto* corners = sample != nullptr ? std::get_if<TagFrame>(sample) : nullptr;
+  const auto* poses = sample != nullptr ? std::get_if<TagPoseFrame>(sample) : nullptr;
+  return (corners != nullptr && names_.contains(corners->camera)) ||
+         (poses != nullptr && names_.contains(poses->camera));
+}
+
+Result<std::optional<RobotEvent>> RobotWithCameras::of_cameras() {
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    turn_ = (turn_ + 1) % cameras_.size();
+    if (!cameras_[turn_]->more()) continue;
+    auto event = cameras_[turn_]->next(Duration(0));
+    if (!event || !*event) {
+      if (!event) return event;
+      continue;
+    }
+    auto* sample = std::get_if<Sample>(&**event);
+    auto* frame = sample != nullptr ? std::get_if<CameraFrame>(sample) : nullptr;
+    if (frame == nullptr || move_to_robots_clock(*frame)) return event;
+  }
+  return std::optional<RobotEvent>();
+}
+
+Result<std::optional<RobotEvent>> RobotWithCameras::hear_robot(Duration most) {
+  auto event = robot_.next(most);
+  if (event && *event && replaced(**event)) event = std::optional<RobotEvent>();
+  return event;
+}
+
+Result<std::optional<RobotEvent>> RobotWithCameras::next(Duration most) {
+  const Duration deadline = steady_now() + most;
+  // The robot first: a camera that always has a picture, because it takes longer to look at one than to take
+  // it, must not keep the robot from being heard.
+  auto event = hear_robot(Duration(0));
+  while (event && !*event) {
+    if (!robot_.more()) event = of_cameras();
+    if (!event || *event || steady_now() >= deadline) break;
+    event = hear_robot(std::min(kRobotSlice, std::max(Duration(0), deadline - steady_now())));
+  }
+  return event;
+}
+
 namespace {
 
 Pacing pacing_of(const ProcessRobot& robot) {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/live/own_robot.hpp"
+#include "waymark/app/live/robot_setup.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/robots/gazebo/profile.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
@@ -148,6 +148,31 @@ bool finds_tags_itself(const std::string& robot) {
   if (!robot.starts_with(kRos2)) return false;
   const auto profile = find_ros2_profile(robot.substr(kRos2.size()));
   return profile && !profile->detections_topic.empty();
+}
+
+std::vector<std::string> RobotWords::as_words() const {
+  std::vector<std::string> words = {"--world", world, "--seed", std::to_string(seed)};
+  if (!robot_file.empty()) words.insert(words.end(), {"--robot-file", robot_file});
+  return words;
+}
+
+Result<RobotSetup> described_setup(const RobotWords& words, bool processes, const std::string& robot_file,
+                                   const GivenFlags& given) {
+  const bool process = processes && is_robot_kind(words.robot);
+  const char* of_a_process = "Leave it out, or give --robot process:CMD.";
+  FlagRefusals refused(given);
+  refused.flags(!process, {"--detector", "--search-every", "--search-strips"},
+                "a simulated robot finds its tags in another way", of_a_process);
+  refused.flags(!process, {"--camera-source"}, "a simulated robot has simulated cameras", of_a_process);
+  refused.flags(process && !given("--search-every"), {"--search-strips"}, kSearchedWholly, kSearchEvery);
+  if (!refused.status()) return tl::unexpected(refused.status().error());
+  const std::string& file = words.robot_file.empty() ? robot_file : words.robot_file;
+  Result<RobotSetup> setup = load_robot(words.robot, words.world, file, words.seed, processes);
+  if (!setup || !process) return setup;
+  setup->pictures = words.pictures;
+  if (Status added = add_live_cameras(words.camera_sources, *setup); !added)
+    return tl::unexpected(added.error());
+  return setup;
 }
 
 }  // namespace waymark

@@ -10,12 +10,10 @@
 #include "tests/support/data.hpp"
 #include "waymark/app/live/inputs.hpp"
 #include "waymark/app/live/live_robot.hpp"
-#include "waymark/app/live/own_robot.hpp"
 #include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/live/stop_key.hpp"
 #include "waymark/app/replay/robot_difference.hpp"
-#include "waymark/app/robot/robot_ways.hpp"
+#include "waymark/app/robot/robot_table.hpp"
 #include "waymark/config/text_file.hpp"
 
 namespace waymark {

@@ -10,7 +10,7 @@
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/app/live/camera_watch.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/localize/camera_moment.hpp"
 #include "waymark/app/localize/localize_log.hpp"

@@ -2,10 +2,10 @@
 #include <vector>
 
 #include "waymark/app/cli/console.hpp"
-#include "waymark/app/cli/job_flags.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/live/camera_address.hpp"
-#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/live/cameras.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/app/localize/localize_live.hpp"
 #include "waymark/app/localize/localize_log.hpp"
 

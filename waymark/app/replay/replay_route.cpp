@@ -1,17 +1,23 @@
 #include "waymark/app/replay/replay_route.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
+#include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/start_recording.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/app/localize/localize_log.hpp"
-#include "waymark/app/replay/live_replay.hpp"
-#include "waymark/app/replay/replay_log.hpp"
 #include "waymark/app/replay/robot_difference.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/calibration_file.hpp"
@@ -19,8 +25,78 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/messages.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
+namespace {
+
+ros2::DiagnosticArray message_of(SensorTime now, const ReplayStep& step) {
+  constexpr std::uint8_t kOk = 0;
+  constexpr std::uint8_t kWarn = 1;
+  const bool stands = step.state == ReplayState::Stopped || step.state == ReplayState::Refused;
+  ros2::DiagnosticArray message;
+  message.header = {.stamp = ros2::to_ros(now), .frame_id = std::string(ros2::kMapFrame)};
+  ros2::DiagnosticStatus status{.level = stands ? kWarn : kOk, .name = "waymark replay"};
+  status.message = std::string(to_string(step.state));
+  if (step.reason) status.message += ": " + *step.reason;
+  status.values.push_back({"driven_m", fmt::format("{:.3f}", step.driven_m)});
+  if (step.station) status.values.push_back({"station", step.station->name});
+  message.status.push_back(std::move(status));
+  return message;
+}
+
+}  // namespace
+
+void ReplayNotes::note_station(SensorTime now, const ReplayStep& step) {
+  if (last_ == ReplayState::AtStation) {
+    if (step.state != ReplayState::Stopped)
+      control_.note(fmt::format("goes on from '{}'", visits_.back().name));
+  }
+  if (step.state != ReplayState::AtStation) return;
+  const Station& station = *step.station;
+  visits_.push_back({.name = station.name, .arc_length_m = station.arc_length_m, .arrived = now});
+  control_.note(fmt::format("at '{}', {:.2f} m along the route: stands for {:g} s", station.name,
+                            station.arc_length_m, station.pause_s));
+}
+
+Status ReplayNotes::add(SensorTime now, const ReplayStep& step, SampleRecorder* recorder) {
+  const std::string station = step.station ? step.station->name : std::string();
+  if (last_ == ReplayState::AtStation) visits_.back().stood_s = to_seconds(now - visits_.back().arrived);
+  if (last_ == step.state && station == last_station_) return {};
+  note_station(now, step);
+  last_ = step.state;
+  last_station_ = station;
+  return recorder != nullptr ? recorder->add_message(topics::kDiagnostics, now, message_of(now, step))
+                             : Status();
+}
+
+Status ReplayLog::on_sample(const Sample& sample) {
+  if (const auto* truth = std::get_if<TruthPose>(&sample))
+    true_path_.push_back({truth->stamp, truth->map_T_base});
+  if (!recorder_) return {};
+  if (const auto* picture = std::get_if<CameraFrame>(&sample))
+    return record_picture(*picture, images_, *recorder_);
+  return recorder_->add(sample);
+}
+
+Status ReplayLog::on_step(SensorTime now, const ReplayStep& step) {
+  if (Status status = notes_.add(now, step, recorder_ ? &*recorder_ : nullptr); !status) return status;
+  control_.progress(
+      {.words = fmt::format("{:.1f} of {:.1f} m{}{}. Space or Ctrl-C stops the robot.", step.driven_m,
+                            goal_m_, step.reason ? ", stands: " : "", step.reason.value_or(""))});
+  if (!recorder_ || !step.estimate) return {};
+  return recorder_->add_message(topics::kEstimate, now, estimate_message(*step.estimate));
+}
+
+ReplayListener ReplayLog::listener() {
+  return {.on_sample = [this](const Sample& sample) { return on_sample(sample); },
+          .on_step = [this](SensorTime now, const ReplayStep& step) { return on_step(now, step); }};
+}
+
+Status ReplayLog::close() { return recorder_ ? recorder_->close() : Status(); }
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -249,6 +325,220 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
 Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job, const JobControl& control) {
   for (const std::string& words : other_robot_words(setup, job.folder)) control.note(words);
   return setup.process.empty() ? replay_simulated(setup, job, control) : replay_process(setup, job, control);
+}
+
+namespace {
+
+/// The setup with the tags of the map, where its world is not known: for the recording and the judge.
+RobotSetup as_known(const RobotSetup& setup, const MapFile& map) {
+  RobotSetup known = setup;
+  for (const auto& [tag, mapped] : map.tags.tags) known.known_tags.push_back(tag);
+  if (known.world_yaml.empty()) {
+    known.simulated.world.anchor = map.anchor;
+    known.simulated.world.tags = map.tags;
+  }
+  return known;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const RobotSetup& setup, const ReplayJob& job,
+                                                     const ReplayFiles& files, const JobControl& control,
+                                                     std::function<void(const ReplayStep&)> on_step,
+                                                     SessionRequests requests) {
+  std::unique_ptr<LiveReplay> live(new LiveReplay(as_known(setup, files.map), files));
+  auto replayer = make_replayer(files, setup.robot(), replayer_setup(job));
+  if (!replayer) return tl::unexpected(replayer.error());
+  auto recorder = record_replay(live->known_, job);
+  if (!recorder) return tl::unexpected(recorder.error());
+  live->replayer_ = std::move(*replayer);
+  live->log_ =
+      std::make_unique<ReplayLog>(std::move(*recorder), job.images, goal_m(files.route, job), control);
+  ReplayListener listener = live->log_->listener();
+  listener.on_step = [log = live->log_.get(), shown = std::move(on_step)](SensorTime now,
+                                                                          const ReplayStep& step) {
+    shown(step);
+    return log->on_step(now, step);
+  };
+  listener.on_words = control.note;
+  live->session_ = std::make_unique<ReplaySession>(*live->replayer_, std::move(listener),
+                                                   ReplaySessionOptions{}, std::move(requests));
+  return live;
+}
+
+Result<ReplayReport> LiveReplay::finish(const ReplayEnd& end) {
+  if (Status closed = log_->close(); !closed) return tl::unexpected(closed.error());
+  ReplayReport report{.end = end,
+                      .route_length_m = files_.route.length_m,
+                      .true_path = std::move(log_->true_path()),
+                      .taught_path = files_.taught,
+                      .visits = log_->visits(),
+                      .warnings = replayer_->problems()};
+  if (report.true_path.empty())
+    report.warnings.emplace_back("there is no ground truth of the replay: not judged");
+  else
+    judge(known_, report);
+  return report;
+}
+
+Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& job,
+                                    const JobControl& control) {
+  const Stopwatch watch;
+  const Result<ReplayFiles> files = load_replay(job, control);
+  if (!files) return tl::unexpected(files.error());
+  if (Status laps = check_drive(job, files->route); !laps) return tl::unexpected(laps.error());
+  PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Replaying);
+  const auto robot = LiveRobot::open(as_known(setup, files->map), control);
+  if (!robot) return tl::unexpected(robot.error());
+  const auto replay =
+      LiveReplay::make(setup, slowed(job, (*robot)->speed_limit_m_s()), *files, control,
+                       viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
+  if (!replay) return tl::unexpected(replay.error());
+  FreshFile fresh(job.output);
+  viewers.viewers().show_map(job.folder);
+  ReplaySession& session = (*replay)->session();
+  RobotListener listener = session.listener();
+  listener.on_sample = [&](const Sample& sample) {
+    fresh.receive(sample);
+    return session.receive(sample);
+  };
+  const auto driven = (*robot)->drive(watched(std::move(listener), job.feed, control));
+  const ReplayEnd end = driven ? session.end(*driven) : session.end();
+  Result<ReplayReport> report = (*replay)->finish(end);
+  if (!driven) return tl::unexpected(driven.error());
+  if (!report) return report;
+  for (std::string& words : speed_warnings(job, files->route, setup.simulated.model))
+    report->warnings.push_back(std::move(words));
+  report->wall_s = watch.seconds();
+  return report;
+}
+
+namespace {
+
+/// "stopped 2 m along a route: a stick was moved", but "stopped by the operator 2 m along a route".
+std::string stopped_where(const std::string& where, const std::string& reason) {
+  constexpr std::string_view kState = "stopped: ";
+  if (reason.starts_with("stopped ")) return reason + " " + where;
+  return fmt::format("stopped {}: {}", where,
+                     reason.starts_with(kState) ? reason.substr(kState.size()) : reason);
+}
+
+}  // namespace
+
+std::string with_reason(std::string_view state, std::string_view reason) {
+  if (reason.empty()) return std::string(state);
+  if (reason.starts_with(state)) return std::string(reason);
+  return fmt::format("{}: {}", state, reason);
+}
+
+std::string ending(const ReplayReport& report, std::string_view stopped_by) {
+  const ReplayEnd& end = report.end;
+  const double driven_m =
+      std::round(100 * report.end.driven_m) / 100 + 0.0;  // a robot that swayed: no "-0.00"
+  const std::string where =
+      fmt::format("{:.2f} m along a route of {:.2f} m", driven_m, report.route_length_m);
+  if (end.finished) return "the route was driven to its end";
+  if (end.interrupted) return fmt::format("stopped by {} {}: the robot stands", stopped_by, where);
+  if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
+  if (end.state == ReplayState::Waiting && end.frames == 0)
+    return "never knew where it is: nothing was heard of a camera. Does the robot send pictures or tags? One "
+           "of this computer is named with --camera-source";
+  if (end.state == ReplayState::Waiting)
+    return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
+                                          "map. Is it the map of this place?"
+                                        : "never knew where it is: no two tags of the map were seen at once";
+  if (!end.reason.empty()) return stopped_where(where, end.reason);
+  return fmt::format("not at the end of its way after {:.0f} s of simulated time: given up {}",
+                     report.allowed_s, where);
+}
+
+namespace {
+
+/// Sightings, not tags: a tag that is covered for a second at 20 Hz counts 20 times.
+std::string missed_words(const ReplayEnd& end) {
+  int all = 0;
+  for (const auto& [reason, count] : end.missed_tags) all += count;
+  if (all == 0) return {};
+  return fmt::format("tags that should have been in a picture and were not found: {} ({})", all,
+                     counted_reasons(end.missed_tags));
+}
+
+nlohmann::ordered_json missed_json(const ReplayEnd& end) {
+  constexpr std::array<std::pair<MissReason, const char*>, 4> kKeys = {{{MissReason::Outside, "outside"},
+                                                                        {MissReason::TooFaint, "too_faint"},
+                                                                        {MissReason::Blurred, "blurred"},
+                                                                        {MissReason::Occluded, "occluded"}}};
+  nlohmann::ordered_json missed;
+  for (const auto& [reason, key] : kKeys) {
+    const auto found = end.missed_tags.find(reason);
+    missed[key] = found == end.missed_tags.end() ? 0 : found->second;
+  }
+  return missed;
+}
+
+}  // namespace
+
+std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
+  const ReplayEnd& end = report.end;
+  std::string text =
+      fmt::format("{}; {:.1f} s, {}\n", ending(report, stopped_by), end.lap_s, counted(end.stops, "stop"));
+  for (const StationVisit& visit : report.visits)
+    text += fmt::format("stood at '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,
+                        visit.arc_length_m, visit.stood_s);
+  if (end.frames > 0)
+    text += fmt::format("two or more tags in view {:.1f} % of the time\n",
+                        100.0 * end.frames_with_two_tags / end.frames);
+  if (const std::string missed = missed_words(end); !missed.empty()) text += missed + "\n";
+  if (!report.judgement) return text;
+  const ReplayJudgement& j = *report.judgement;
+  return text + fmt::format(
+                    "by the truth: {} completed, {:.2f} m driven\n"
+                    "  from the route       {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
+                    "  heading              {:.2f} deg rmse\n"
+                    "  nearest to a tag     {:.3f} m from the hull\n",
+                    counted(j.laps_completed, "lap"), j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
+                    j.cross_track_max_m, j.heading_rmse_deg, j.min_clearance_m);
+}
+
+bool succeeded(const ReplayReport& report) { return report.end.finished; }
+
+namespace {
+
+nlohmann::ordered_json visits_json(const ReplayReport& report) {
+  auto visits = nlohmann::ordered_json::array();
+  for (const StationVisit& visit : report.visits)
+    visits.push_back({{"name", visit.name},
+                      {"arc_length_m", visit.arc_length_m},
+                      {"arrived_s", to_seconds(visit.arrived.time_since_epoch())},
+                      {"stood_s", visit.stood_s}});
+  return visits;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const ReplayReport& report) {
+  const ReplayEnd& end = report.end;
+  const auto judged = [&](auto member) -> nlohmann::ordered_json {
+    if (!report.judgement) return nullptr;
+    return (*report.judgement).*member;
+  };
+  const double two_tags = end.frames > 0 ? static_cast<double>(end.frames_with_two_tags) / end.frames : 0.0;
+  return {{"laps_completed", judged(&ReplayJudgement::laps_completed)},
+          {"finished", end.finished},
+          {"reason", end.reason},
+          {"cross_track_rmse_m", judged(&ReplayJudgement::cross_track_rmse_m)},
+          {"cross_track_p95_m", judged(&ReplayJudgement::cross_track_p95_m)},
+          {"cross_track_max_m", judged(&ReplayJudgement::cross_track_max_m)},
+          {"heading_rmse_deg", judged(&ReplayJudgement::heading_rmse_deg)},
+          {"min_clearance_m", judged(&ReplayJudgement::min_clearance_m)},
+          {"two_tags_fraction", two_tags},
+          {"missed_tags", missed_json(end)},
+          {"stops", end.stops},
+          {"distance_m", judged(&ReplayJudgement::distance_m)},
+          {"lap_s", end.lap_s},
+          {"stations", visits_json(report)},
+          {"wall_s", report.wall_s},
+          {"warnings", report.warnings}};
 }
 
 }  // namespace waymark

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,11 +15,74 @@
 #include "waymark/app/common/replay_setup.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/replay/replay_notes.hpp"
+#include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
+#include "waymark/pipeline/replayer.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+#include "waymark/runtime/replay_session.hpp"
+#include "waymark/samples/trajectory.hpp"
 
 namespace waymark {
+
+/// A pause at a station that a replay made.
+struct StationVisit {
+  std::string name{};
+  double arc_length_m = 0;
+  SensorTime arrived{};
+  double stood_s = 0;
+};
+
+/// What a replay says and writes down while it goes on: where it stands and why, and that it goes on. In
+/// words on the terminal for stations; in the recording as /diagnostics, one message each time the state
+/// changes.
+class ReplayNotes {
+ public:
+  explicit ReplayNotes(const JobControl& control) : control_(control) {}
+
+  Status add(SensorTime now, const ReplayStep& step, SampleRecorder* recorder);
+  [[nodiscard]] const std::vector<StationVisit>& visits() const { return visits_; }
+
+ private:
+  void note_station(SensorTime now, const ReplayStep& step);
+
+  const JobControl& control_;
+  std::optional<ReplayState> last_{};
+  std::string last_station_{};
+  std::vector<StationVisit> visits_;
+};
+
+/// What is kept and shown of a replay as it is driven: the recording, the true path, the stations, a live
+/// line.
+class ReplayLog {
+ public:
+  /// `images`: how pictures are recorded (raw, jpeg; empty: not at all).
+  ReplayLog(std::optional<SampleRecorder> recorder, std::string images, double goal_m,
+            const JobControl& control)
+      : recorder_(std::move(recorder)),
+        images_(std::move(images)),
+        goal_m_(goal_m),
+        control_(control),
+        notes_(control) {}
+
+  Status on_sample(const Sample& sample);
+  Status on_step(SensorTime now, const ReplayStep& step);
+  /// This log as the listener of a session.
+  [[nodiscard]] ReplayListener listener();
+  /// Closes the recording.
+  Status close();
+
+  [[nodiscard]] Trajectory& true_path() { return true_path_; }
+  [[nodiscard]] const std::vector<StationVisit>& visits() const { return notes_.visits(); }
+
+ private:
+  std::optional<SampleRecorder> recorder_;
+  std::string images_;
+  double goal_m_;
+  const JobControl& control_;
+  ReplayNotes notes_;
+  Trajectory true_path_{};
+};
 
 class LiveFeed;
 
@@ -146,5 +212,32 @@ void judge(const RobotSetup& setup, ReplayReport& report);
 /// Whether the robot drove the laps it was asked to.
 [[nodiscard]] bool succeeded(const ReplayReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);
+
+/// A replay on a robot that is a process, with everything it stands on.
+class LiveReplay {
+ public:
+  /// `on_step`: called with each decision before it is recorded.
+  static Result<std::unique_ptr<LiveReplay>> make(const RobotSetup& setup, const ReplayJob& job,
+                                                  const ReplayFiles& files, const JobControl& control,
+                                                  std::function<void(const ReplayStep&)> on_step,
+                                                  SessionRequests requests = no_requests());
+
+  [[nodiscard]] ReplaySession& session() { return *session_; }
+  /// Closes the recording, and says what came of it, judged where the truth is known.
+  [[nodiscard]] Result<ReplayReport> finish(const ReplayEnd& end);
+
+ private:
+  LiveReplay(RobotSetup known, const ReplayFiles& files) : known_(std::move(known)), files_(files) {}
+
+  RobotSetup known_;  ///< with the tags of the map, where its world is not known
+  const ReplayFiles& files_;
+  std::unique_ptr<Replayer> replayer_{};
+  std::unique_ptr<ReplayLog> log_{};
+  std::unique_ptr<ReplaySession> session_{};
+};
+
+/// replay_route() of a robot that is a process.
+[[nodiscard]] Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& job,
+                                                  const JobControl& control);
 
 }  // namespace waymark

@@ -1,12 +1,11 @@
 #include <utility>
 
-#include "waymark/app/cli/file_names.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/picture_flags.hpp"
 #include "waymark/app/cli/replay_flags.hpp"
-#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/app/common/route_files.hpp"
-#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/app/replay/replay_route.hpp"
 
 namespace waymark::cli {

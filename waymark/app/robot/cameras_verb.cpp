@@ -1,5 +1,5 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/live/cameras_text.hpp"
+#include "waymark/app/live/cameras.hpp"
 
 namespace waymark::cli {
 namespace {

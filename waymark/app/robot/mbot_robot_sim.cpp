@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "waymark/app/robot/plant_pace.hpp"
+#include "waymark/app/robot/plant.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pose/tag_pose.hpp"

@@ -1,5 +1,5 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/standard_wire.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/config/robot_list.hpp"
 #include "waymark/robots/mbot/mbot_robot.hpp"
 

@@ -4,9 +4,8 @@
 #include <vector>
 
 #include "waymark/app/robot/gazebo_robot_sim.hpp"
-#include "waymark/app/robot/process_plant.hpp"
+#include "waymark/app/robot/plant.hpp"
 #include "waymark/app/robot/ros2_robot_sim.hpp"
-#include "waymark/app/robot/simulated_plant.hpp"
 #include "waymark/robots/dds/open_bus.hpp"
 #include "waymark/robots/mbot/presence.hpp"
 #include "waymark/simulation/world/world.hpp"

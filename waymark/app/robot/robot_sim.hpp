@@ -9,7 +9,7 @@
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/robot/limo_robot_sim.hpp"
 #include "waymark/app/robot/mbot_robot_sim.hpp"
-#include "waymark/app/robot/simulated_process.hpp"
+#include "waymark/app/robot/process_robot_sim.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/watchdog/robot_command.hpp"

@@ -1,9 +1,7 @@
 #include <utility>
 
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/picture_flags.hpp"
-#include "waymark/app/cli/ros2_flags.hpp"
-#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/app/robot/robot_sim.hpp"
 
 namespace waymark::cli {

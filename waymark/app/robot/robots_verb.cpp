@@ -1,5 +1,5 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/robot/robot_ways.hpp"
+#include "waymark/app/robot/robot_table.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/app/robot/plant_pace.hpp"
+#include "waymark/app/robot/plant.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/ros2/cdr.hpp"

@@ -1,7 +1,7 @@
 #include <functional>
 
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/ros2_flags.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/robots/dds/discovery.hpp"
 #include "waymark/robots/dds/open_bus.hpp"
 #include "waymark/robots/ros2/message_text.hpp"

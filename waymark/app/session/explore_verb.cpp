@@ -1,7 +1,6 @@
-#include "waymark/app/cli/file_names.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/picture_flags.hpp"
-#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/app/session/explore_world.hpp"
 
 namespace waymark::cli {

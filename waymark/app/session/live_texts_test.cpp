@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/doctor/doctor_job.hpp"
-#include "waymark/app/live/cameras_text.hpp"
+#include "waymark/app/doctor/doctor.hpp"
+#include "waymark/app/live/cameras.hpp"
 #include "waymark/app/localize/localize_live.hpp"
 
 namespace waymark {

@@ -1,23 +1,88 @@
 #include "waymark/app/session/run_session.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/app/live/inputs.hpp"
 #include "waymark/app/live/live_robot.hpp"
-#include "waymark/app/live/session_viewers.hpp"
 #include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/live/stop_key.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/app/map/map_recording.hpp"
-#include "waymark/app/replay/live_replay.hpp"
-#include "waymark/app/teach/lap_recording.hpp"
+#include "waymark/app/replay/replay_route.hpp"
+#include "waymark/app/teach/teach_lap.hpp"
+#include "waymark/base/message_text.hpp"
 
 namespace waymark {
+
+namespace fs = std::filesystem;
+
+std::string free_name(const fs::path& folder, const std::string& stem) {
+  fs::path path = folder / (stem + ".mcap");
+  std::error_code ignored;
+  for (int number = 2; fs::exists(path, ignored); ++number)
+    path = folder / fmt::format("{}.{}.mcap", stem, number);
+  return path.string();
+}
+
+namespace {
+
+/// Where a map is made before it takes its place.
+fs::path beside(const fs::path& folder) { return folder.string() + ".new"; }
+
+Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh) {
+  std::error_code error;
+  fs::path kept;
+  if (fs::exists(folder, error)) {
+    int number = 1;
+    const auto numbered = [&] { return fs::path(fmt::format("{}.{}", folder.string(), number)); };
+    while (fs::exists(numbered(), error)) ++number;
+    kept = numbered();
+    fs::rename(folder, kept, error);
+  }
+  if (!error) fs::rename(fresh, folder, error);
+  if (!error) return kept.string();
+  std::error_code ignored;
+  if (!kept.empty() && !fs::exists(folder, ignored)) fs::rename(kept, folder, ignored);  // as it was
+  return fail(ErrorCode::Unwritable, "cannot put the new map in its place: " + error.message(),
+              {.source = folder.string()});
+}
+
+}  // namespace
+
+void MapInTheMaking::begin(const MapMaker& make, const std::string& lap, const fs::path& folder) {
+  began_ = std::chrono::steady_clock::now();
+  folder_ = folder;
+  std::error_code ignored;
+  fs::remove_all(beside(folder), ignored);
+  made_ = std::async(std::launch::async,
+                     [make, lap, fresh = beside(folder)]() -> Status { return make(lap, fresh); });
+}
+
+double MapInTheMaking::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+}
+
+bool MapInTheMaking::ready() const {
+  return made_.valid() && made_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+Result<std::string> MapInTheMaking::take() {
+  if (Status made = made_.get(); !made) {
+    std::error_code ignored;
+    fs::remove_all(beside(folder_), ignored);
+    return tl::unexpected(made.error());
+  }
+  return replace_folder(folder_, beside(folder_));
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -231,6 +296,32 @@ Status check_effects(const SessionWords& words, const RobotSetup& setup, bool vi
   refuse_seed(process && !scripted, refused);
   return refused.status() ? check_recorded_images(process || words.images, words.job.images)
                           : refused.status();
+}
+
+bool succeeded(const SessionReport& report) {
+  return !report.map_failed &&
+         std::ranges::all_of(report.replays, [](const ReplayReport& replay) { return succeeded(replay); });
+}
+
+std::string to_text(const SessionReport& report, std::string_view stopped_by) {
+  std::string text = fmt::format("{} taught, {}\n", counted(report.laps_taught, "lap"),
+                                 counted(report.replays.size(), "replay"));
+  for (const ReplayReport& replay : report.replays) {
+    text += ending(replay, stopped_by);
+    if (replay.judgement)
+      text += fmt::format("; by the truth {:.3f} m rmse from the taught way, {:.3f} m worst",
+                          replay.judgement->cross_track_rmse_m, replay.judgement->cross_track_max_m);
+    text += '\n';
+  }
+  return text;
+}
+
+nlohmann::ordered_json to_json(const SessionReport& report) {
+  auto replays = nlohmann::ordered_json::array();
+  for (const ReplayReport& replay : report.replays) replays.push_back(to_json(replay));
+  return {{"laps_taught", report.laps_taught}, {"mapping_s", report.mapping_s},
+          {"replays", std::move(replays)},     {"state", report.state},
+          {"reason", report.reason},           {"wall_s", report.wall_s}};
 }
 
 }  // namespace waymark

@@ -4,11 +4,10 @@
 #include <fmt/format.h>
 
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/picture_flags.hpp"
 #include "waymark/app/cli/replay_flags.hpp"
-#include "waymark/app/cli/setup_flags.hpp"
-#include "waymark/app/live/live_page.hpp"
-#include "waymark/app/live/own_robot.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
+#include "waymark/app/live/robot_setup.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/app/session/run_session.hpp"
 
 namespace waymark::cli {

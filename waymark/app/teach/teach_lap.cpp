@@ -1,11 +1,19 @@
 #include "waymark/app/teach/teach_lap.hpp"
 
-#include <fmt/format.h>
+#include <algorithm>
+#include <utility>
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/output_files.hpp"
+#include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/live/inputs.hpp"
+#include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/teach/lap_recording.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/config/yaml_fields.hpp"
+#include "waymark/recording/sample_recorder.hpp"
 #include "waymark/robots/simulated/script_driver.hpp"
 #include "waymark/runtime/teach_session.hpp"
 
@@ -117,6 +125,152 @@ Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFl
                 "this is about the scripted driver of a simulated robot", "Leave it out.");
   refuse_seed(process && job.driver != "scripted", refused);
   return refused.status();
+}
+
+namespace {
+
+/// Truth of pictures, where no estimator looks.
+std::string truth_topic(const std::string& camera) {
+  return "/truth" + topic_of_camera(camera, topics::kTags);
+}
+
+/// The corners that are wholly in view, as if a detector without errors had found them.
+TagFrame true_corners(const SeenPicture& seen) {
+  TagFrame frame{.stamp = seen.found.stamp, .camera = seen.found.camera};
+  for (const SceneTagTruth& tag : seen.picture.tags) {
+    if (std::ranges::count(tag.corner_visible, true) < 4) continue;
+    frame.detections.push_back({.tag = tag.tag, .hamming = 0, .corners_px = tag.corners_px});
+  }
+  return frame;
+}
+
+}  // namespace
+
+TeachListener lap_listener(SampleRecorder& recorder, const std::string& images, const JobControl& control) {
+  return {.on_sample =
+              [&recorder, images](const Sample& sample) {
+                const auto* picture = std::get_if<CameraFrame>(&sample);
+                return picture != nullptr ? record_picture(*picture, images, recorder) : recorder.add(sample);
+              },
+          .on_progress = [&control](const std::string& line) { control.progress({.words = line}); },
+          .on_words = [&control](const std::string& words) { control.note(words); }};
+}
+
+Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
+  Status status = recorder.add_message(truth_topic(seen.found.camera), seen.found.stamp,
+                                       ros2::to_ros(true_corners(seen)));
+  if (!status || images.empty()) return status;
+  return record_picture({.stamp = seen.found.stamp, .camera = seen.found.camera, .image = seen.picture.image},
+                        images, recorder);
+}
+
+LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
+  const auto exposure_ms = setup.pictures ? std::optional(setup.pictures->camera.exposure_ms) : std::nullopt;
+  return {teach_setup(setup), monitor_options(setup.camera, exposure_ms), std::move(listener)};
+}
+
+TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {
+  return {.summary = lap.summary(),
+          .end = end,
+          .worst_blur_px = lap.monitor().worst_blur_px(),
+          .blurred_frames = lap.monitor().blurred_frames(),
+          .abrupt_moments = lap.monitor().abrupt_moments(),
+          .wall_s = watch.seconds()};
+}
+
+Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
+  const Stopwatch watch;
+  const auto driver = make_lap_driver(job.driver, job.speed_m_s, setup.simulated);
+  if (!driver) return tl::unexpected(driver.error());
+  // Before the robot starts: a file that cannot be written should not cost a drive.
+  Result<SampleRecorder> recorder =
+      start_recording(job.output,
+                      {.verb = "teach",
+                       .driver = job.driver,
+                       .options = fmt::format("driver:\n  speed_m_s: {}\n", job.speed_m_s),
+                       .durable = job.durable},
+                      setup);
+  if (!recorder) return tl::unexpected(recorder.error());
+  FreshFile fresh(job.output);
+  const auto robot = LiveRobot::open(setup, control);
+  if (!robot) return tl::unexpected(robot.error());
+  PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Teaching, job.driver == "keyboard");
+  TeachSession session(**driver, lap_of(setup.simulated, lap_listener(*recorder, job.images, control)),
+                       viewers.requests(), {.silence_s = 2});
+  RobotListener listener = session.listener();
+  listener.on_sample = [&](const Sample& sample) {
+    fresh.receive(sample);
+    return session.receive(sample);
+  };
+  if (const std::string usage = (*driver)->usage(); !usage.empty()) control.note(usage);
+  const auto driven = (*robot)->drive(watched(std::move(listener), job.feed, control));
+  const Status closed = recorder->close();  // also of a lap that ended badly: what was driven is kept
+  const bool hung_up = !driven && control.cancelled();  // the terminal went, and the keys with it
+  if (!driven && driven.error().place.key == "--driver") fresh.discard();  // it cannot drive this robot
+  if (!driven && !hung_up) return tl::unexpected(driven.error());
+  fresh.keep();
+  if (!closed) return tl::unexpected(closed.error());
+  const LapEnd end =
+      hung_up ? LapEnd{.finished = session.finished(), .interrupted = true} : session.end(*driven);
+  return report_of(session.lap(), end, watch);
+}
+
+namespace {
+
+nlohmann::ordered_json links_json(const TeachSummary& summary) {
+  auto links = nlohmann::ordered_json::array();
+  for (const TagLink& link : summary.weak_links)
+    links.push_back({{"tags", {to_string(link.first), to_string(link.second)}}, {"frames", link.frames}});
+  return links;
+}
+
+}  // namespace
+
+std::string to_text(const TeachReport& report, const std::string& file, bool loop) {
+  const TeachSummary& s = report.summary;
+  std::string text = fmt::format(
+      "{}: {:.1f} s, {:.2f} m by odometry, {} frames\n"
+      "{} tags seen, {} detections, two or more in view {:.1f} % of the time ({} frames with fewer)\n",
+      file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
+      100 * s.two_tags_fraction(), s.low_observability_frames);
+  if (s.closed_loop || loop)
+    text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
+                          : "The loop is not closed.\n";
+  if (!s.seen.empty()) {
+    const auto fewest = std::ranges::min_element(s.seen, {}, [](const auto& seen) { return seen.second; });
+    text += fmt::format("Every tag was seen in {} frames or more ({} in fewest).\n", fewest->second,
+                        to_string(fewest->first));
+  }
+  if (s.seen.empty()) return text + "No tag was seen: there is nothing to make a map of.\n";
+  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", shell_word(file))
+                     : "As it is the lap makes no good map: the warnings say what it lacks. `waymark map` "
+                       "makes of it what it can.\n";
+  return text;
+}
+
+nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file) {
+  const TeachSummary& s = report.summary;
+  return {{"file", file},
+          {"wall_s", report.wall_s},
+          {"lap_s", report.end.lap_s},
+          {"frames", s.frames},
+          {"detections", s.detections},
+          {"tags", s.seen.size()},
+          {"low_observability_frames", s.low_observability_frames},
+          {"two_tags_fraction", s.two_tags_fraction()},
+          {"longest_blind_s", s.longest_blind_s},
+          {"longest_silence_s", s.longest_silence_s},
+          {"clock_back_s", s.clock_back_s},
+          {"odometry_jumps", s.odometry_jumps},
+          {"distance_m", s.distance_m},
+          {"worst_blur_px", report.worst_blur_px},
+          {"blurred_frames", report.blurred_frames},
+          {"abrupt_moments", report.abrupt_moments},
+          {"weak_links", links_json(s)},
+          {"closed_loop", s.closed_loop},
+          {"mappable", s.mappable},
+          {"finished", report.end.finished},
+          {"warnings", s.warnings}};
 }
 
 }  // namespace waymark

@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/cli/file_names.hpp"
+#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/cli/picture_flags.hpp"
-#include "waymark/app/cli/setup_flags.hpp"
+#include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
 
 namespace waymark::cli {

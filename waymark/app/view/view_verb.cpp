@@ -1,5 +1,5 @@
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/live/live_page.hpp"
+#include "waymark/app/live/viewers.hpp"
 #include "waymark/app/view/offered_files.hpp"
 
 namespace waymark::cli {

@@ -9,7 +9,6 @@
 #include "waymark/factors/odometry_factor.hpp"
 #include "waymark/factors/planar_factors.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/mapping/solver/block_system.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
@@ -102,6 +101,8 @@ struct LandmarkMap {
 
 /// The least-squares problem of landmark_map: plane poses, points, scales of odometry, mounting.
 namespace waymark::internal {
+
+class BlockSystem;
 
 struct PointObservation {
   std::size_t frame = 0, point = 0;

@@ -44,11 +44,6 @@ using LeftOutCounts = std::array<int, kLeftOutReasons>;
 /// A word for a reason, as in a summary: elsewhere, other_pose, inexact_corners, no_pose.
 [[nodiscard]] const char* to_string(LeftOutReason reason);
 
-namespace internal {
-/// How many observations contradict the others, why, and of which tags.
-void check_observations(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words);
-}  // namespace internal
-
 /// How well a lap comes back to where it was: before, by the wheels alone; after, by the map.
 struct LoopClosure {
   TagId tag{};            ///< seen, out of sight for long, and seen again
@@ -63,11 +58,11 @@ struct LoopClosure {
 /// again after ten seconds or more, or without odometry. O(observations).
 [[nodiscard]] std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& map);
 
-}  // namespace waymark
+/// Parts of check_map().
+namespace internal {
 
-/// The parts of check_map() that look at the lap as a whole.
-namespace waymark::internal {
-
+/// How many observations contradict the others, why, and of which tags.
+void check_observations(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words);
 /// A part of the picture where corners are off all in one direction: the lens is not the one it is taken for.
 void check_regions(const BundleMap& map, std::vector<std::string>& words);
 /// Tags on one line: what lies across it is known badly.
@@ -77,4 +72,5 @@ void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std:
 /// A camera that sits elsewhere than assumed.
 void check_mounting(const BundleMap& map, std::vector<std::string>& words);
 
-}  // namespace waymark::internal
+}  // namespace internal
+}  // namespace waymark

@@ -49,11 +49,6 @@ namespace internal {
 /// Of the mean of fx and fy of the first camera over what was given.
 [[nodiscard]] double focal_scale_sigma(const Bundle& bundle, const Eigen::MatrixXd& intrinsics_covariance);
 
-}  // namespace internal
-}  // namespace waymark
-
-namespace waymark::internal {
-
 /// Numbers of a mounting that stand out count as not told where held-out observations do not confirm them, or
 /// where they no longer stand out once the wheels have the noise that they show. Held out: the lap is cut in
 /// two of equally many observations, each half estimates the mounting by itself, and what one half found must
@@ -75,4 +70,5 @@ void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgres
 /// map: tags that only the lap itself places make one of parts far from each other.
 void spread_by_stretches(const LapBundle& lap, MountingEstimate& estimate);
 
-}  // namespace waymark::internal
+}  // namespace internal
+}  // namespace waymark

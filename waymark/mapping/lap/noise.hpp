@@ -8,8 +8,11 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// The noise of the corners of a lap by what is left over once everything is fitted.
-namespace waymark::internal {
+/// The noise of a lap by what is left over once everything is fitted: of the corners, of the wheels' steps,
+/// of their turns.
+namespace waymark {
+
+namespace internal {
 
 /// Of each corner term: how many of its 8 numbers the fit has not used up, 8 - trace(J P J^T), the part of
 /// the unit on the diagonal of the hat matrix (Huber and Ronchetti, "Robust Statistics", section 7.2.1). A
@@ -26,9 +29,7 @@ namespace waymark::internal {
 /// All corners are so many times less certain than they say.
 void scale_noise(Bundle& bundle, double ratio);
 
-}  // namespace waymark::internal
-
-namespace waymark {
+}  // namespace internal
 
 /// How much noisier the odometry of a lap is than it was taken for: along, across, turning (1: as taken for).
 using OdometryNoise = Eigen::Vector3d;

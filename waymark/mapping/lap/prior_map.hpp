@@ -9,6 +9,7 @@
 #include "waymark/mapping/lap/tag_ties.hpp"
 #include "waymark/mapping/solver/bundle.hpp"
 
+/// A lap tied to the map that is there already, and which of its tags stand where that map has them.
 namespace waymark::internal {
 
 /// Of each tag's pose (left tangent in the map), by how much it is off because its corners are not printed
@@ -19,11 +20,6 @@ namespace waymark::internal {
 /// Conditions", 5th Berkeley Symposium, 1967), with robot and camera where they stand. Tags without an
 /// observation in use are left out. O(observations).
 [[nodiscard]] std::map<PoseIndex, Matrix6> covariance_of_print(const Bundle& bundle, double sigma_m);
-
-}  // namespace waymark::internal
-
-/// A lap tied to the map that is there already.
-namespace waymark::internal {
 
 /// What the errors of all tags of a map that are tied to no other share, at least: a matrix that is not
 /// larger than any of their covariances (in their common left tangent a motion of the whole map is the same
@@ -58,11 +54,6 @@ struct TiePairs {
 /// Of the tags of the lap and, where there is one, of the map that it extends, those that are not held.
 [[nodiscard]] TiePairs pairs_to_tie(const LapInput& input, const LapBundle& lap,
                                     const std::optional<TiedPrior>& tied);
-
-}  // namespace waymark::internal
-
-/// Which tags of a lap stand where the map that is there has them.
-namespace waymark::internal {
 
 /// Whether each of its tags was measured by itself: a map that was made from laps has an anchor that is known
 /// exactly, and ties.

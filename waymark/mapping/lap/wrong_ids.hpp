@@ -7,7 +7,8 @@
 #include "waymark/mapping/lap/chain.hpp"
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
-/// Where the wheels alone put what was seen.
+/// Ids that two tags carry, that were moved or misread, before anything is placed: by where the wheels alone
+/// put what was seen, and by what other observations confirm.
 namespace waymark::internal {
 
 /// A detection of a lap: its frame, and its place there.
@@ -47,19 +48,13 @@ struct WheelSite {
 /// - Seen by turns in two places, there are two tags: wheels have no say in that.
 /// - From one frame to the next in another place, it was moved, unless most of what was in view jumped too.
 /// - In another place after some way, it is as the wheels say, unless they put tags which were passed twice
-/// in
-///   two places as often as in one.
+///   in two places as often as in one.
 ///
 /// Empty without odometry. `observed`: the frames, one by one. O(observations).
 [[nodiscard]] std::vector<ObservationIndex> observations_of_duplicate_tags(
     const LapInput& lap, const std::vector<ObservedFrame>& observed);
 /// The lap without them.
 [[nodiscard]] LapInput without(const LapInput& lap, const std::vector<ObservationIndex>& observations);
-
-}  // namespace waymark::internal
-
-/// Which observations of a lap are confirmed by others, before anything is placed.
-namespace waymark::internal {
 
 /// Observations that neither a neighbour in the picture nor the wheels confirm (confirm_observations), in
 /// order: where wheels are recorded, also those of a tag alone in its picture. `observed`: the frames of the

@@ -21,15 +21,17 @@ RobotModel small_robot() {
       .base_T_cam = SE3()};
 }
 
-const DynamicsOptions kPerfect = {.speed_lag_s = 0,
-                                  .yaw_rate_lag_s = 0,
-                                  .command_delay_s = 0,
-                                  .yaw_gain = 1,
-                                  .lateral_slip_s = 0,
-                                  .slip_noise_m_s = 0};
+DynamicsOptions exact() {
+  return {.speed_lag_s = 0,
+          .yaw_rate_lag_s = 0,
+          .command_delay_s = 0,
+          .yaw_gain = 1,
+          .lateral_slip_s = 0,
+          .slip_noise_m_s = 0};
+}
 
 TEST(Dynamics, APerfectRobotDrivesACircle) {
-  RobotDynamics robot(small_robot(), kPerfect, SE2(), Random(1));
+  RobotDynamics robot(small_robot(), exact(), SE2(), Random(1));
   for (int i = 0; i < 400; ++i)
     robot.step({0.5, 0.5}, std::chrono::milliseconds(5));  // 2 s, less what limits take
   // Radius v / w = 1 about (0, 1), whatever the time it took to get going (both ramps are equally long in
@@ -40,7 +42,7 @@ TEST(Dynamics, APerfectRobotDrivesACircle) {
 }
 
 TEST(Dynamics, CommandsActAfterTheDelayAndTheYawGainHolds) {
-  DynamicsOptions options = kPerfect;
+  DynamicsOptions options = exact();
   options.command_delay_s = 0.1;
   options.yaw_gain = 0.8;
   RobotDynamics robot(small_robot(), options, SE2(), Random(1));
@@ -61,15 +63,6 @@ RobotModel robot_model(double track_m = 0.172) {
       .limits = {.speed_m_s = 1, .yaw_rate_rad_s = 3, .acceleration_m_s2 = 2, .yaw_acceleration_rad_s2 = 8},
       .wheel_radius_m = 0.045,
       .track_m = track_m};
-}
-
-DynamicsOptions exact() {
-  return {.speed_lag_s = 0,
-          .yaw_rate_lag_s = 0,
-          .command_delay_s = 0,
-          .yaw_gain = 1,
-          .lateral_slip_s = 0,
-          .slip_noise_m_s = 0};
 }
 
 DynamicsOptions ackermann() {

@@ -27,15 +27,17 @@ RobotModel small_robot() {
       .base_T_cam = SE3()};
 }
 
-const DynamicsOptions kPerfect = {.speed_lag_s = 0,
-                                  .yaw_rate_lag_s = 0,
-                                  .command_delay_s = 0,
-                                  .yaw_gain = 1,
-                                  .lateral_slip_s = 0,
-                                  .slip_noise_m_s = 0};
+DynamicsOptions exact() {
+  return {.speed_lag_s = 0,
+          .yaw_rate_lag_s = 0,
+          .command_delay_s = 0,
+          .yaw_gain = 1,
+          .lateral_slip_s = 0,
+          .slip_noise_m_s = 0};
+}
 
 TEST(MotionSensors, WithoutErrorsOdometryIsTheTruth) {
-  RobotDynamics robot(small_robot(), kPerfect, SE2(), Random(1));
+  RobotDynamics robot(small_robot(), exact(), SE2(), Random(1));
   MotionSensors sensors(small_robot(),
                         {.left_wheel_scale = 1,
                          .right_wheel_scale = 1,
@@ -53,7 +55,7 @@ TEST(MotionSensors, WithoutErrorsOdometryIsTheTruth) {
 }
 
 TEST(MotionSensors, WheelScaleStretchesOdometry) {
-  RobotDynamics robot(small_robot(), kPerfect, SE2(), Random(1));
+  RobotDynamics robot(small_robot(), exact(), SE2(), Random(1));
   MotionSensors sensors(
       small_robot(),
       {.left_wheel_scale = 1.05, .right_wheel_scale = 1.05, .gyro_noise_rad_s = 0, .gyro_bias_rad_s = 0},
@@ -78,15 +80,6 @@ RobotModel robot_model(double track_m = 0.172) {
       .limits = {.speed_m_s = 1, .yaw_rate_rad_s = 3, .acceleration_m_s2 = 2, .yaw_acceleration_rad_s2 = 8},
       .wheel_radius_m = 0.045,
       .track_m = track_m};
-}
-
-DynamicsOptions exact() {
-  return {.speed_lag_s = 0,
-          .yaw_rate_lag_s = 0,
-          .command_delay_s = 0,
-          .yaw_gain = 1,
-          .lateral_slip_s = 0,
-          .slip_noise_m_s = 0};
 }
 
 MotionSensorOptions no_errors() {

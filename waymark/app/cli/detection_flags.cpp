@@ -1,0 +1,61 @@
+#include "waymark/app/cli/detection_flags.hpp"
+
+#include <string>
+#include <utility>
+
+#include "waymark/app/cli/flags.hpp"
+#include "waymark/app/common/detect_all.hpp"
+
+namespace waymark::cli {
+namespace {
+
+constexpr const char* kSet = "Leave it out, or --no-refine.";
+
+}  // namespace
+
+DetectorFlags::DetectorFlags(Settings& settings, const char* group)
+    : app_(settings.app()),
+      detector_(settings, "detector", "Detector"),
+      refinement_(settings, "refinement", "Corner refinement") {
+  std::string known;
+  for (const FamilyId id : kAllFamilies) known += (known.empty() ? "" : ", ") + std::string(to_string(id));
+  CLI::App& app = settings.app();
+  add_option(app, "--family NAME", families_,
+             "Tag family to look for, tag36h11 unless given; may be given several times. Known: " + known,
+             in_group(group))
+      ->allow_extra_args(false);
+  add_flag(app, "--no-refine", no_refine_,
+           "Keep the corners as the detector found them; they have no covariance then", in_group(group));
+}
+
+bool DetectorFlags::given() const {
+  return detector_.given() || refinement_.given() || !families_.empty() || no_refine_;
+}
+
+Status DetectorFlags::refuse_all(const std::string& why, const std::string& hint) const {
+  Refusals refused(app_);
+  refused.options(true, detector_, why, hint);
+  refused.options(true, refinement_, why, hint);
+  refused.flags(true, {"--family", "--no-refine"}, why, hint);
+  return refused.status();
+}
+
+Result<TagFinder> DetectorFlags::make() const {
+  DetectorOptions options;
+  RefinementOptions refinement;
+  Status applied = detector_.apply(options);
+  if (applied) applied = refinement_.apply(refinement);
+  if (applied && no_refine_) applied = refuse(refinement_, "corners are not refined", kSet);
+  if (!applied) return tl::unexpected(applied.error());
+  return described_finder(std::move(options), refinement, families_, !no_refine_);
+}
+
+PoseFlags::PoseFlags(CLI::App& verb) : app_(verb) { add_fields(verb, words_); }
+
+Status PoseFlags::refuse_all(const std::string& why, const std::string& hint) const {
+  Refusals refused(app_);
+  refused.flags(true, {"--camera", "--camera-name", "--camera-size", "--tag-size-m"}, why, hint);
+  return refused.status();
+}
+
+}  // namespace waymark::cli

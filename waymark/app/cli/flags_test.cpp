@@ -1,0 +1,78 @@
+#include "waymark/app/cli/flags.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/nested_options.hpp"
+
+namespace waymark::cli {
+namespace {
+
+using test::Inner;
+using test::OptionFile;
+using test::Outer;
+
+/// A verb with a section whose fields are flags and one without flags.
+struct Args {
+  explicit Args(CLI::App& app)
+      : settings(app),
+        outer(settings, "outer", "Outside"),
+        inner(settings, "inner", "Inside", Reach::SettingsOnly) {}
+  Settings settings;
+  OptionFlags<Outer> outer;
+  OptionFlags<Inner> inner;
+};
+
+struct Parsed {
+  Outer outer{.count = 7};  // as a robot's file might say
+  Inner inner{};
+  std::string error{};
+  bool outer_given = false;
+  std::string first_argument{};
+};
+
+Parsed parse(std::vector<std::string> words) {
+  CLI::App app;
+  const Args args(app);
+  Parsed parsed;
+  std::ranges::reverse(words);
+  try {
+    app.parse(std::move(words));
+  } catch (const CLI::ParseError& error) {
+    parsed.error = error.what();
+    return parsed;
+  }
+  Status status = args.outer.apply(parsed.outer);
+  if (status) status = args.inner.apply(parsed.inner);
+  if (!status) parsed.error = to_string(status.error());
+  parsed.outer_given = args.outer.given();
+  parsed.first_argument = args.outer.first_argument();
+  return parsed;
+}
+
+TEST_F(OptionFile, AFlagGoesBeforeSetAndSetBeforeTheFile) {
+  const std::string file = write("outer: {reach_m: 1, count: 1, motion: {noise: 0.2}}\n");
+  const Parsed all = parse({"--reach-m", "3", "--set", "outer.reach_m=2", "--config", file, "--set",
+                            "outer.motion.noise=0.3", "--noise", "0.4"});
+  EXPECT_EQ(all.error, "");
+  EXPECT_EQ(all.outer.reach_m, 3);
+  EXPECT_EQ(all.outer.count, 1);
+  EXPECT_EQ(all.outer.motion.noise, 0.4);
+  EXPECT_EQ(parse({"--set", "outer.reach_m=2", "--config", file}).outer.reach_m, 2);
+  EXPECT_EQ(parse({"--set", "outer.reach_m=2", "--set", "outer.reach_m=4"}).outer.reach_m,
+            4);  // the last one
+  EXPECT_EQ(parse({"--config", file}).outer.reach_m, 1);
+  EXPECT_EQ(parse({"--reach-m", "0.5", "--config", file}).outer.reach_m, 0.5);  // also a flag of the default
+}
+
+TEST_F(OptionFile, WhatWasGivenIsKnown) {
+  const std::string file = write("outer: {reach_m: 1}\n");
+  EXPECT_FALSE(parse({}).outer_given);
+  EXPECT_TRUE(parse({"--config", file}).outer_given);
+  EXPECT_EQ(parse({"--config", file}).first_argument, "");  // is not on the command line
+  EXPECT_EQ(parse({"--set", "outer.count=2"}).first_argument, "--set outer.count=2");
+  EXPECT_EQ(parse({"--count", "2"}).first_argument, "--count");
+  EXPECT_FALSE(parse({"--set", "inner.noise=0.5"}).outer_given);
+}
+
+}  // namespace
+}  // namespace waymark::cli

@@ -1,0 +1,148 @@
+#include "waymark/app/doctor/computer_checks.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+
+#include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/app/doctor/doctor.hpp"
+#include "waymark/app/doctor/robot_checks.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kCameraInfo =
+    "image_width: 640\nimage_height: 480\ncamera_name: cam\n"
+    "camera_matrix: {rows: 3, cols: 3, data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}\n"
+    "distortion_model: plumb_bob\n"
+    "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n";
+
+TEST(Doctor, SaysWhatOfEachCameraIsWrong) {
+  const auto none = check_cameras({});
+  ASSERT_EQ(none.size(), 1U);
+  EXPECT_EQ(none[0].level, DoctorLevel::Warn);
+  CameraDevice good{.path = "/dev/video0", .card = "Webcam", .modes = {{.format = "YUYV"}}};
+  CameraDevice used = good;
+  used.holder = "cheese (process 7)";
+  CameraDevice denied{
+      .path = "/dev/video2",
+      .problem = Error{ErrorCode::Unreadable, "not allowed", {}, "sudo usermod -aG video $USER"}};
+  CameraDevice strange{.path = "/dev/video4", .modes = {{.format = "H264", .readable = false}}};
+  const auto lines = check_cameras({good, used, denied, strange});
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_EQ(lines[0].level, DoctorLevel::Ok);
+  EXPECT_TRUE(lines[0].command.empty());
+  EXPECT_EQ(lines[1].level, DoctorLevel::Warn);
+  EXPECT_THAT(lines[1].words, HasSubstr("cheese"));
+  EXPECT_EQ(lines[2].level, DoctorLevel::Fail);
+  EXPECT_THAT(lines[2].command, HasSubstr("usermod"));
+  EXPECT_EQ(lines[3].level, DoctorLevel::Fail);
+}
+
+TEST(Doctor, ABlackPictureAndAWhiteOneAreNamed) {
+  Image image(640, 480);
+  for (int y = 0; y < image.height(); ++y) std::fill_n(image.row(y), image.width(), std::uint8_t{9});
+  EXPECT_THAT(words_of_flat_picture(image.view()), HasSubstr("lens covered"));
+  for (int y = 0; y < image.height(); ++y) std::fill_n(image.row(y), image.width(), std::uint8_t{252});
+  EXPECT_THAT(words_of_flat_picture(image.view()), HasSubstr("exposure too long"));
+  for (int y = 100; y < 200; ++y) std::fill_n(image.row(y), image.width() / 2, std::uint8_t{60});
+  EXPECT_EQ(words_of_flat_picture(image.view()), "");
+  EXPECT_EQ(words_of_flat_picture(ImageView{}), "");
+}
+
+TEST(Doctor, LooksAtAgeAndVerdictOfACalibration) {
+  namespace fs = std::filesystem;
+  const fs::path file = fs::temp_directory_path() / ("doctor_" + std::to_string(getpid()) + ".yaml");
+  const auto write = [&](const std::string& values) {
+    std::ofstream(file)
+        << "format: waymark-calibration-1\nprovenance: {}\ncamera_info:\n  image_width: 640\n"
+           "  image_height: 480\n  camera_name: cam\n  camera_matrix: {rows: 3, cols: 3, data: [500, "
+           "0, 320, 0, 500, 240, 0, 0, 1]}\n  distortion_model: plumb_bob\n  "
+           "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\nvalues:\n"
+        << values;
+  };
+  const auto now = fs::file_time_type::clock::now();
+  write("  fx_px: {value: 500, sigma: 0.1, verdict: known}\n");
+  const DoctorLine fresh = check_calibration(file, now);
+  EXPECT_EQ(fresh.level, DoctorLevel::Ok) << fresh.words;
+  EXPECT_EQ(check_calibration(file, now + std::chrono::hours(24 * 365)).level, DoctorLevel::Warn);
+  write("  fx_px: {value: 500, sigma: 90, verdict: unobservable, advice: tilt it}\n");
+  EXPECT_THAT(check_calibration(file, now).words, HasSubstr("could not determine fx_px"));
+  std::ofstream(file) << kCameraInfo;
+  EXPECT_THAT(check_calibration(file, now).words, HasSubstr("does not say how exact"));
+  std::ofstream(file) << "nothing: 1\n";
+  EXPECT_EQ(check_calibration(file, now).level, DoctorLevel::Fail);
+  fs::remove(file);
+  EXPECT_EQ(check_calibration(file, now).level, DoctorLevel::Fail);
+}
+
+TEST(Doctor, JudgesWhatWasHeardOfARobotOnANetwork) {
+  const auto level_of = [](const NetworkHeard& heard, const std::string& key) {
+    for (const DoctorLine& line : network_lines(heard, "docs"))
+      if (line.key == key) return std::string(to_string(line.level));
+    return std::string("none");
+  };
+  NetworkHeard heard{
+      .odometry = "/odom", .commands = "/cmd_vel", .listened_s = 2, .odometries = 100, .behind_s = 0.004};
+  for (const char* key : {"robot", "clock", "commands"}) EXPECT_EQ(level_of(heard, key), "ok") << key;
+  EXPECT_EQ(level_of(heard, "battery"), "none") << "nothing was said of it";
+  heard.behind_s = -3;
+  EXPECT_EQ(level_of(heard, "clock"), "warn");
+  heard.battery_V = 11;
+  EXPECT_EQ(level_of(heard, "battery"), "ok");
+  heard.battery_share = 0.1;
+  EXPECT_EQ(level_of(heard, "battery"), "warn");
+  heard.others_commands = 20;
+  EXPECT_EQ(level_of(heard, "commands"), "fail");
+  heard.others_commands = 0;
+  heard.silent_publishers = 1;
+  heard.silent_names = "/teleop";
+  EXPECT_EQ(level_of(heard, "commands"), "warn") << "it may begin to";
+  EXPECT_THAT(to_text(network_lines(heard, "docs")),
+              HasSubstr("another program publishes on /cmd_vel as well"));
+  EXPECT_THAT(to_text(network_lines(heard, "docs")), HasSubstr("/teleop"));
+  heard.silent_publishers = 0;
+  heard.hears_commands = false;
+  EXPECT_EQ(level_of(heard, "commands"), "fail");
+  heard.odometries = 8;
+  EXPECT_EQ(level_of(heard, "robot"), "warn") << "4 times a second";
+  heard.sim_pace = 0.2;
+  EXPECT_EQ(level_of(heard, "robot"), "ok") << "20 times a simulated second, on a busy machine";
+  heard.odometries = 0;
+  EXPECT_EQ(level_of(heard, "robot"), "fail");
+}
+
+TEST(Doctor, JudgesDiskAndProcessor) {
+  EXPECT_EQ(check_disk(".", 50'000'000'000).level, DoctorLevel::Ok);
+  EXPECT_EQ(check_disk(".", 1'000'000'000).level, DoctorLevel::Warn);
+  EXPECT_EQ(check_disk(".", 1'000'000).level, DoctorLevel::Fail);
+  EXPECT_EQ(check_disk("/nowhere").level, DoctorLevel::Fail);
+  EXPECT_THAT(check_disk("/dev/null").words, HasSubstr("no folder"));
+  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 0, .share = 0.2}).level, DoctorLevel::Ok);
+  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 1, .share = 0.7}).level, DoctorLevel::Warn);
+  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 20, .share = 0.7}).level, DoctorLevel::Fail);
+  EXPECT_EQ(check_processor({}, {.pictures = 0}).level, DoctorLevel::Fail);
+  const LoopTrialResult late{.pictures = 60, .dropped = 30, .share = 1};
+  EXPECT_THAT(check_processor({}, late).command, HasSubstr("--rate-hz 15"));
+}
+
+TEST(Doctor, TheTrialOfTheLoopFindsTagsAndMeasuresItself) {
+  const auto finder = make_tag_finder();
+  ASSERT_TRUE(finder);
+  const auto result =
+      try_loop(*finder, {.width = 320, .height = 240, .rate_hz = 20, .seconds = 0.5}, [] { return false; });
+  ASSERT_TRUE(result);
+  EXPECT_GT(result->pictures, 0);
+  EXPECT_LE(result->pictures, 11);
+  EXPECT_GT(result->share, 0);
+  EXPECT_GT(result->median_ms, 0);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,177 @@
+// Which tags of a map a camera that stands does not find, and why.
+// The printed size of a tag that is held before the camera.
+#include "waymark/app/doctor/tag_checks.hpp"
+
+#include <array>
+#include <functional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/draw_tag.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/samples/visibility.hpp"
+#include "waymark/tags/tag_finder.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const CameraModel kCamera =
+    CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480).value();
+
+TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
+
+/// Four tags before the camera, which is the map's origin, not in one plane, and one behind it.
+TagMap wall() {
+  TagMap map;
+  for (int number = 0; number < 4; ++number)
+    map.tags[tag(number)] = {
+        .map_T_tag = SE3(SO3(), {0.4 * number - 0.6, 0.1 * (number % 2), number % 2 == 0 ? 1.5 : 1.2}),
+        .size_m = 0.2};
+  map.tags[tag(9)] = {.map_T_tag = SE3(SO3(), {0, 0, -1.5}), .size_m = 0.2};
+  return map;
+}
+
+using Levels = std::array<double, 2>;  ///< of black and white
+
+/// The wall; `levels` of each tag.
+Image picture(const std::function<Levels(int)>& levels, std::uint64_t seed) {
+  Image image(640, 480, 140);
+  for (const auto& [id, mapped] : wall().tags) {
+    const auto corners = visible_corners(kCamera, mapped.map_T_tag, mapped.size_m);
+    if (!corners) continue;
+    testing::paint_tag(image, id, *corners, levels(id.number)[0], levels(id.number)[1]);
+  }
+  Random random(seed);
+  testing::add_noise(image, 1, random);
+  return image;
+}
+
+constexpr Levels kPlain = {30, 220};
+
+/// Ten pictures of the wall, changed by `change`.
+DoctorLine looked_at(const std::function<Levels(int)>& levels,
+                     const std::function<void(Image&, int)>& change) {
+  DetectorOptions options;
+  const auto finder = make_tag_finder(options).value();
+  MapTagTrial trial;
+  for (int i = 0; i < 10; ++i) {
+    Image image = picture(levels, static_cast<std::uint64_t>(i));
+    change(image, i);
+    const auto found = find_tags(image.view(), finder, &kCamera).value();
+    trial.add(image.view(), found.detections, wall(), kCamera, options.min_white_black_diff);
+  }
+  return check_map_tags(trial, "waymark detect SOURCE --view");
+}
+
+void cover(Image& image, int left, int right) {
+  for (int y = 150; y < 330; ++y)
+    for (int x = left; x < right; ++x) image.row(y)[x] = static_cast<std::uint8_t>((x * 7 + y * 13) % 200);
+}
+
+const auto kNothing = [](Image&, int) {};
+const auto kAllPlain = [](int) { return kPlain; };
+
+TEST(DoctorMap, IsContentWhereAllIsFoundThatShouldBe) {
+  const DoctorLine line = looked_at(kAllPlain, kNothing);
+  EXPECT_EQ(line.level, DoctorLevel::Ok) << line.words;
+  EXPECT_THAT(line.words, HasSubstr("4 tags of the map should be found from here and are, in 10 pictures"));
+  EXPECT_TRUE(line.command.empty());
+}
+
+TEST(DoctorMap, NamesATagThatIsCoveredOrFaint) {
+  const DoctorLine covered = looked_at(kAllPlain, [](Image& image, int) { cover(image, 80, 160); });
+  EXPECT_EQ(covered.level, DoctorLevel::Warn);
+  // Of three tags some pictures do not tell where the camera is.
+  EXPECT_THAT(
+      covered.words,
+      HasSubstr("of 4 tags of the map that should be found from here, one is missed: tag36h11:0 in "));
+  EXPECT_THAT(covered.words, HasSubstr(" occluded)"));
+  EXPECT_THAT(covered.command, HasSubstr("--view"));
+  const auto faint = [](int number) { return number == 2 ? Levels{139, 141} : kPlain; };
+  EXPECT_THAT(looked_at(faint, kNothing).words,
+              AllOf(HasSubstr("one is missed: tag36h11:2 in "), HasSubstr(" too faint)")));
+}
+
+/// One picture of ten is somebody who walks by.
+TEST(DoctorMap, SaysNothingOfATagThatIsMissedOnce) {
+  const auto once = [](Image& image, int i) {
+    if (i == 4) cover(image, 80, 160);
+  };
+  EXPECT_EQ(looked_at(kAllPlain, once).level, DoctorLevel::Ok);
+}
+
+TEST(DoctorMap, SaysWhatKeepsItFromKnowing) {
+  EXPECT_THAT(looked_at(kAllPlain, [](Image& image, int) { image = Image(640, 480, 90); }).words,
+              HasSubstr("no tag of the map is found in 10 pictures"));
+  // Two tags of the map, each where the other should be.
+  DetectorOptions options;
+  const auto finder = make_tag_finder(options).value();
+  TagMap exchanged = wall();
+  std::swap(exchanged.tags[tag(0)], exchanged.tags[tag(3)]);
+  exchanged.tags.erase(tag(1));
+  exchanged.tags.erase(tag(2));
+  const Image image = picture(kAllPlain, 1);
+  MapTagTrial trial;
+  trial.add(image.view(), find_tags(image.view(), finder, &kCamera)->detections, exchanged, kCamera,
+            options.min_white_black_diff);
+  const DoctorLine line = check_map_tags(trial, "");
+  EXPECT_EQ(line.level, DoctorLevel::Warn);
+  EXPECT_THAT(line.words, HasSubstr("do not tell where the camera is"));
+}
+
+using ::testing::HasSubstr;
+
+const CameraModel kCamera =
+    CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480).value();
+
+/// Detections of a tag with this side at this distance, with 0.1 px of noise.
+std::vector<TagDetection> held(double size_m, double distance_m, int number = 5) {
+  Random random(3);
+  std::vector<TagDetection> all(9);
+  for (TagDetection& detection : all) {
+    detection.tag = {FamilyId::Tag36h11, number};
+    const double half_px = 500 * size_m / distance_m / 2;
+    const Eigen::Vector2d centre(320, 240);
+    const std::array<Eigen::Vector2d, 4> to_corner = {
+        Eigen::Vector2d(-half_px, -half_px), {half_px, -half_px}, {half_px, half_px}, {-half_px, half_px}};
+    for (std::size_t i = 0; i < 4; ++i)
+      detection.corners_px[i] =
+          centre + to_corner[i] + 0.1 * Eigen::Vector2d(random.normal(), random.normal());
+  }
+  return all;
+}
+
+TEST(DoctorTagSize, NamesATagThatAPrinterMadeSmaller) {
+  const TagSizeTrial trial{.size_m = 0.16, .distance_m = 1.0};
+  const DoctorLine right = check_tag_size(held(0.16, 1.0), kCamera, trial);
+  EXPECT_EQ(right.level, DoctorLevel::Ok) << right.words;
+  EXPECT_TRUE(right.command.empty());
+  const DoctorLine small = check_tag_size(held(0.16 * 0.95, 1.0), kCamera, trial);
+  EXPECT_EQ(small.level, DoctorLevel::Warn);
+  EXPECT_THAT(small.words, HasSubstr("tag36h11:5 at 1.00 m is 15"));
+  EXPECT_THAT(small.words, HasSubstr("not 160: printed at 9"));
+  EXPECT_THAT(small.command, HasSubstr("--tag-size-m 0.15"));
+  const DoctorLine within_tape = check_tag_size(held(0.16 * 0.985, 1.0), kCamera, trial);
+  EXPECT_EQ(within_tape.level, DoctorLevel::Ok) << "a tape does not tell 1.5 % at 1 m: " << within_tape.words;
+}
+
+TEST(DoctorTagSize, SaysWhatItCannotTell) {
+  const TagSizeTrial trial{.size_m = 0.16, .distance_m = 1.0};
+  EXPECT_THAT(check_tag_size({}, kCamera, trial).words, HasSubstr("no tag was in view"));
+  std::vector<TagDetection> two = held(0.16, 1.0);
+  two.front().tag.number = 9;
+  EXPECT_THAT(check_tag_size(two, kCamera, trial).words,
+              HasSubstr("2 tags are in view (tag36h11:5, tag36h11:9)"));
+  std::vector<TagDetection> point = held(0.16, 1.0);
+  for (TagDetection& detection : point) detection.corners_px.fill({320, 240});
+  EXPECT_THAT(check_tag_size(point, kCamera, trial).words, HasSubstr("no square"));
+  const TagSizeTrial near{.size_m = 0.16, .distance_m = 0.25};
+  EXPECT_THAT(check_tag_size(held(0.16, 0.25), kCamera, near).words, HasSubstr("not significant"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,104 @@
+#include "waymark/app/live/cameras.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/robots/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+TEST(SystemStamps, KeepDistancesWhenTheClockIsSet) {
+  Duration steady = seconds(100);
+  Duration system = seconds(1'700'000'000);
+  SystemStamps stamps({.steady = [&] { return steady; }, .system = [&] { return system; }});
+  const SensorTime before = stamps.at(SensorTime(steady));
+  EXPECT_EQ(before.time_since_epoch(), system);
+  steady += seconds(1);
+  system += seconds(1) + milliseconds(1);  // slewed
+  EXPECT_FALSE(stamps.take_jump());
+  steady += seconds(1);
+  system -= seconds(3600);
+  const auto said = stamps.take_jump();
+  ASSERT_TRUE(said);
+  EXPECT_THAT(*said, ::testing::HasSubstr("set back by 3601.000 s"));
+  EXPECT_FALSE(stamps.take_jump());
+  EXPECT_EQ(stamps.now() - before, seconds(2));
+}
+
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+
+/// Words first, then a picture every ten milliseconds.
+class SteadyCamera final : public LiveCamera {
+ public:
+  Result<std::optional<RobotEvent>> next(Duration /*most*/) override {
+    if (!std::exchange(said_, true)) return std::optional<RobotEvent>(RobotText{"hello"});
+    std::this_thread::sleep_for(milliseconds(10));
+    return std::optional<RobotEvent>(Sample(
+        CameraFrame{.stamp = SensorTime(steady_now() - milliseconds(5)), .image = Image(64, 48, 128)}));
+  }
+  [[nodiscard]] bool more() const override { return true; }
+  [[nodiscard]] std::optional<SensorTime> now() const override { return std::nullopt; }
+  [[nodiscard]] CameraCounts counts() const override { return {.dropped = 3}; }
+  [[nodiscard]] std::string description() const override { return "steady"; }
+
+ private:
+  bool said_ = false;
+};
+
+TEST(CameraWatch, GivesPicturesWithTimesSince1970UntilTheTimeIsOver) {
+  SteadyCamera camera;
+  const auto finder = make_tag_finder();
+  std::string words;
+  std::vector<SensorTime> stamps;
+  CameraWatch watch{.duration_s = 0.1};
+  watch.on_words = [&](const std::string& said) { words += said; };
+  watch.on_picture = [&](CameraPicture& seen) {
+    EXPECT_GE(to_seconds(seen.age), 0.005);
+    stamps.push_back(seen.frame.stamp);
+    return Status();
+  };
+  const auto end = watch_camera(camera, *finder, watch);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(words, "hello");
+  EXPECT_EQ(end->pictures, stamps.size());
+  EXPECT_GE(end->seconds, 0.1);
+  EXPECT_EQ(end->counts.dropped, 3U);
+  EXPECT_FALSE(end->stopped);
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  EXPECT_LT(std::abs(to_seconds(now - stamps.back().time_since_epoch())), 1);
+}
+
+TEST(CameraWatch, RefusesACalibrationOfAnotherSize) {
+  SteadyCamera camera;
+  const auto finder = make_tag_finder();
+  const CameraModel model =
+      CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value();
+  CameraWatch watch{.duration_s = 0.1, .camera = &model};
+  watch.on_picture = [](CameraPicture& /*seen*/) { return Status(); };
+  EXPECT_FALSE(watch_camera(camera, *finder, watch));
+}
+
+TEST(CameraAddress, NamesACameraOfTheRobot) {
+  EXPECT_EQ(parse_camera_address("v4l2:0,size=64x48", "cam")->name, "cam");
+  const auto named = parse_camera_address("front=gstreamer:videotestsrc pattern=black", "cam");
+  ASSERT_TRUE(named);
+  EXPECT_EQ(named->name, "front");
+  EXPECT_EQ(named->address, "gstreamer:videotestsrc pattern=black");
+  for (const char* wrong : {"", "/dev/video0", "=v4l2:0", "front=/dev/video0"})
+    EXPECT_FALSE(parse_camera_address(wrong, "cam")) << wrong;
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,12 @@
+#pragma once
+// Inside the room: PNG, by libpng.
+
+#include "waymark/codecs/formats.hpp"
+
+namespace waymark::codecs {
+
+[[nodiscard]] Result<ImageInfo> probe_png(const Input& input);
+[[nodiscard]] Result<Image> decode_png(const Input& input, const DecodeOptions& options);
+[[nodiscard]] Bytes encode_png(const Pixels& pixels);
+
+}  // namespace waymark::codecs

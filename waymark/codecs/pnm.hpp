@@ -1,0 +1,12 @@
+#pragma once
+// Inside the room: PNM, by a few lines of our own.
+
+#include "waymark/codecs/formats.hpp"
+
+namespace waymark::codecs {
+
+[[nodiscard]] Result<ImageInfo> probe_pnm(const Input& input);
+[[nodiscard]] Result<Image> decode_pnm(const Input& input, const DecodeOptions& options);
+[[nodiscard]] Bytes encode_pnm(const Pixels& pixels);
+
+}  // namespace waymark::codecs
