@@ -96,10 +96,7 @@ class Console {
   Output output_ = Output::Open;
 };
 
-}  // namespace waymark::cli
-
-/// How a verb fails: which words, and which exit code.
-namespace waymark::cli {
+// How a verb fails: which words, and which exit code.
 
 /// The error with the flag that sets its key, as people type it: "(--tag-size-m): …". One with a place in a
 /// file stays as it is.

@@ -231,11 +231,8 @@ class Refusals : public FlagRefusals {
   }
 };
 
-}  // namespace waymark::cli
-
-/// Flags in one call: add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown, between(0.01,
-/// 5)).
-namespace waymark::cli {
+// Flags in one call: add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown, between(0.01,
+// 5)).
 
 /// Its value as it is before parsing stands in the help.
 inline constexpr auto kShown = [](CLI::Option& option) { option.capture_default_str(); };
@@ -278,10 +275,7 @@ CLI::Option* add_flag(CLI::App& app, const std::string& name, bool& value, const
   return option;
 }
 
-}  // namespace waymark::cli
-
-/// The flags of a job, made from its fields().
-namespace waymark::cli {
+// The flags of a job, made from its fields().
 
 /// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; of an input what it is called.
 [[nodiscard]] std::string names_of(const JobField& field);
@@ -340,10 +334,7 @@ struct JobArgs {
   bool json = false;
 };
 
-}  // namespace waymark::cli
-
-/// What the files are called that verbs write: an ending must not promise another format.
-namespace waymark::cli {
+// What the files are called that verbs write: an ending must not promise another format.
 
 /// For CLI11's transform(): the name of a recording to be written. What we write is MCAP: a name without an
 /// ending gets .mcap, and one must not promise anything else.

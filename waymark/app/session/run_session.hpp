@@ -46,10 +46,7 @@ class MapInTheMaking {
   std::chrono::steady_clock::time_point began_{};
 };
 
-}  // namespace waymark
-
-/// The operator's session with its files: teach, map, replay, with one button.
-namespace waymark {
+// The operator's session with its files: teach, map, replay, with one button.
 
 class LiveFeed;
 
