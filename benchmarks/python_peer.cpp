@@ -12,7 +12,7 @@
 #include "waymark/config/world_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/tags/tag_finder.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/make_detector.hpp"
 
 namespace {
 

@@ -11,7 +11,7 @@
 
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/camera_file.hpp"
-#include "waymark/plot/sheet_layout.hpp"
+#include "waymark/plot/tag_sheet.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 
 namespace waymark {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "waymark/evaluation/truth.hpp"
+#include "waymark/evaluation/detections.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto truth = waymark::parse_truth({reinterpret_cast<const char*>(data), size}, "fuzz");

@@ -12,7 +12,7 @@
 #include "tests/support/corner_table.hpp"
 #include "tests/support/data.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/evaluation/matching.hpp"
+#include "waymark/evaluation/detections.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 #include "waymark/tags/refinement.hpp"
 

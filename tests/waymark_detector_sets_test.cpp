@@ -14,7 +14,7 @@
 #include "tests/support/degraded_tags.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/evaluation/detections.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/make_detector.hpp"
 
 namespace waymark {
 namespace {

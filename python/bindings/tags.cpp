@@ -12,7 +12,7 @@
 #include "python/bindings/options.hpp"
 #include "python/bindings/rooms.hpp"
 #include "waymark/tags/tag_finder.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/make_detector.hpp"
 
 namespace waymark::python {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "tests/sheets/tag_finder.hpp"
 #include "tests/support/raster.hpp"
-#include "waymark/plot/board.hpp"
 #include "waymark/plot/render.hpp"
+#include "waymark/plot/tag_board.hpp"
 #include "waymark/plot/tag_outline.hpp"
 
 namespace waymark::plot {

@@ -13,7 +13,7 @@
 #include "tests/sheets/tag_finder.hpp"
 #include "tests/support/raster.hpp"
 #include "waymark/plot/render.hpp"
-#include "waymark/plot/sheet_layout.hpp"
+#include "waymark/plot/tag_sheet.hpp"
 
 namespace waymark::plot {
 namespace {

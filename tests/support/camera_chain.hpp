@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "waymark/base/random.hpp"
-#include "waymark/evaluation/truth.hpp"
+#include "waymark/evaluation/detections.hpp"
 #include "waymark/image/image.hpp"
 
 /// Single tags as the chain of a real camera shows them: light, lens, exposure, colour mosaic, tone curve,

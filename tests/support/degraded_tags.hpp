@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "waymark/evaluation/truth.hpp"
+#include "waymark/evaluation/detections.hpp"
 #include "waymark/image/image.hpp"
 
 /// Pictures of tags as bad cameras take them, with exact truth, made from a seed. They share no code with the

@@ -45,12 +45,15 @@ struct Pixels {
 
 /// A picture by a reader of one format: its header, the limits, its pixels.
 template <class Reader>
-if (!info) return tl::unexpected(info.error());
-if (const Status within = check_limit(*info, input, options); !within) return tl::unexpected(within.error());
-if (const Status holds = reader.check_plausible(); !holds) return tl::unexpected(holds.error());
-Image image(info->width, info->height);
-if (const Status read = reader.read_pixels(image, options); !read) return tl::unexpected(read.error());
-return image;
+[[nodiscard]] Result<Image> decode_by(Reader& reader, const Input& input, const DecodeOptions& options) {
+  const Result<ImageInfo> info = reader.read_header();
+  if (!info) return tl::unexpected(info.error());
+  if (const Status within = check_limit(*info, input, options); !within)
+    return tl::unexpected(within.error());
+  if (const Status holds = reader.check_plausible(); !holds) return tl::unexpected(holds.error());
+  Image image(info->width, info->height);
+  if (const Status read = reader.read_pixels(image, options); !read) return tl::unexpected(read.error());
+  return image;
 }
 
 /// What an encoder gives.

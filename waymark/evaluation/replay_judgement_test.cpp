@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/evaluation/map_errors.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -115,43 +114,6 @@ TEST(ReplayJudgement, TooShortIsAnError) {
   const auto judged = judge_replay(circle(2, 0, 1), circle(2, 0, 0.01), {}, kHull);
   ASSERT_FALSE(judged);
   EXPECT_EQ(judged.error().message, "the teach lap is only 0.12 m long: too short to be judged");
-}
-
-TEST(MapErrors, NothingIsAligned) {
-  TagMap truth;
-  TagMap estimated;
-  const SE3 moved(SO3::exp({0, 0, 0.02}), {0.3, 0.4, 0});
-  for (int i = 0; i < 5; ++i) {
-    const TagId id{.family = TagId{}.family, .number = i};
-    truth.tags[id] = {.map_T_tag = SE3(SO3::exp({0.1 * i, 0.2, 0}), {1.0 * i, 0, 0}), .size_m = 0.1};
-    estimated.tags[id] = truth.tags[id];
-  }
-  EXPECT_EQ(tag_map_errors(estimated, truth).rmse_m, 0);
-  for (auto& [id, tag] : estimated.tags)
-    tag.map_T_tag =
-        SE3(moved.rotation() * tag.map_T_tag.rotation(), tag.map_T_tag.translation() + moved.translation());
-  estimated.tags.erase(TagId{.family = TagId{}.family, .number = 4});
-  const TagMapErrors errors = tag_map_errors(estimated, truth);
-  EXPECT_EQ(errors.tags, 4U);
-  EXPECT_EQ(errors.missing.size(), 1U);
-  EXPECT_TRUE(errors.unknown.empty());
-  EXPECT_NEAR(errors.rmse_m, 0.5, 1e-12);
-  EXPECT_NEAR(errors.max_m, 0.5, 1e-12);
-  EXPECT_NEAR(errors.orientation_rmse_deg, 0.02 * 180 / kPi, 1e-9);
-}
-
-TEST(MapErrors, ATrajectoryIsComparedAtItsOwnStamps) {
-  Trajectory truth;
-  for (int i = 0; i <= 10; ++i) truth.push_back({at(i), lift(SE2(i, 0, 0))});
-  const Trajectory estimated = {
-      {at(-1), {}}, {at(2.5), lift(SE2(2.5, 0.1, 0))}, {at(7.25), lift(SE2(7.25, -0.1, 0.02))}, {at(11), {}}};
-  const TrajectoryErrors errors = trajectory_errors(estimated, truth);
-  EXPECT_EQ(errors.poses, 2U);
-  EXPECT_NEAR(errors.rmse_m, 0.1, 1e-12);
-  EXPECT_NEAR(errors.max_m, 0.1, 1e-12);
-  EXPECT_NEAR(errors.orientation_rmse_deg, 0.02 / std::sqrt(2) * 180 / kPi, 1e-9);
-  EXPECT_EQ(trajectory_errors({}, truth).poses, 0U);
-  EXPECT_EQ(trajectory_errors(estimated, {}).poses, 0U);
 }
 
 }  // namespace

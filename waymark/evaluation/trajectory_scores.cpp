@@ -1,15 +1,186 @@
 #include "waymark/evaluation/trajectory_scores.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <numeric>
+#include <utility>
 
+#include <fmt/format.h>
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/evaluation/driven_path.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
+
+ErrorStatistics statistics_of(std::vector<double> errors) {
+  if (errors.empty()) return {};
+  for (double& error : errors) error = std::abs(error);
+  std::ranges::sort(errors);
+  const auto n = static_cast<double>(errors.size());
+  const auto quantile = [&](double share) {  // linear between ranks, as numpy.percentile
+    const double rank = share * (n - 1);
+    const auto below = static_cast<std::size_t>(rank);
+    const std::size_t above = std::min(below + 1, errors.size() - 1);
+    const double u = rank - static_cast<double>(below);
+    return (1 - u) * errors[below] + u * errors[above];
+  };
+  return {.count = errors.size(),
+          .rmse = std::sqrt(std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0) / n),
+          .mean = std::accumulate(errors.begin(), errors.end(), 0.0) / n,
+          .median = quantile(0.5),
+          .p95 = quantile(0.95),
+          .max = errors.back()};
+}
+
+namespace {
+
+using Positions = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+constexpr std::array<std::pair<AlignmentKind, std::string_view>, 4> kAlignmentNames = {
+    {{AlignmentKind::None, "none"},
+     {AlignmentKind::Se2, "se2"},
+     {AlignmentKind::Se3, "se3"},
+     {AlignmentKind::Sim3, "sim3"}}};
+
+/// How far the positions spread along their second widest direction [m], in the floor plane for se2 along the
+/// widest: without it a rotation cannot be told.
+double decisive_spread_m(const Positions& p, AlignmentKind kind) {
+  Positions centred = p.colwise() - p.rowwise().mean();
+  if (kind == AlignmentKind::Se2) centred.row(2).setZero();
+  const Eigen::Matrix3d scatter = centred * centred.transpose() / static_cast<double>(p.cols());
+  const Eigen::Vector3d variances = Eigen::JacobiSVD<Eigen::Matrix3d>(scatter).singularValues();
+  return std::sqrt(variances[kind == AlignmentKind::Se2 ? 0 : 1]);
+}
+
+Alignment align_in_plane(const Positions& estimated, const Positions& reference) {
+  const Eigen::Matrix3d fit =
+      Eigen::umeyama(estimated.topRows<2>().eval(), reference.topRows<2>().eval(), false);
+  const double yaw_rad = std::atan2(fit(1, 0), fit(0, 0));
+  return {1, SE3(SO3::exp({0, 0, yaw_rad}), {fit(0, 2), fit(1, 2), 0})};
+}
+
+Alignment align_in_space(const Positions& estimated, const Positions& reference, bool with_scale) {
+  const Eigen::Matrix4d fit = Eigen::umeyama(estimated, reference, with_scale);
+  const double scale = fit.topLeftCorner<3, 1>().norm();
+  const Eigen::Matrix3d rotation = fit.topLeftCorner<3, 3>() / scale;
+  return {scale, SE3(SO3::from_matrix(rotation), fit.topRightCorner<3, 1>())};
+}
+
+}  // namespace
+
+std::string_view to_string(AlignmentKind kind) {
+  for (const auto& [known, name] : kAlignmentNames)
+    if (known == kind) return name;
+  return "";
+}
+
+std::optional<AlignmentKind> alignment_kind(std::string_view word) {
+  for (const auto& [kind, name] : kAlignmentNames)
+    if (name == word) return kind;
+  return std::nullopt;
+}
+
+Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind) {
+  constexpr std::size_t kFewestPairs = 3;
+  constexpr double kLeastSpread = 1e-3;
+  if (kind == AlignmentKind::None) return Alignment{};
+  if (pairs.size() < kFewestPairs)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} poses at the same time as the reference: too few to align", pairs.size()));
+  Positions estimated(3, static_cast<Eigen::Index>(pairs.size()));
+  Positions reference(3, estimated.cols());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    estimated.col(static_cast<Eigen::Index>(i)) = pairs[i].estimated.map_T_base.translation();
+    reference.col(static_cast<Eigen::Index>(i)) = pairs[i].reference.translation();
+  }
+  if (decisive_spread_m(estimated, kind) < kLeastSpread || decisive_spread_m(reference, kind) < kLeastSpread)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the positions spread too little to align by {}", to_string(kind)), {},
+                kind == AlignmentKind::Se2 ? "Judge a longer drive, or do not align."
+                                           : "They lie on a line: align by se2, or not at all.");
+  return kind == AlignmentKind::Se2 ? align_in_plane(estimated, reference)
+                                    : align_in_space(estimated, reference, kind == AlignmentKind::Sim3);
+}
+
+namespace {
+
+/// A side of the path: where it begins, which way it points (a unit vector), how long it is.
+struct Side {
+  Eigen::Vector2d begin{};
+  Eigen::Vector2d along{};
+  double length_m = 0;
+};
+
+std::vector<Side> sides_of(const FloorPath& path) {
+  std::vector<Side> sides;
+  const std::size_t n = path.corners.size();
+  for (std::size_t i = 0; i + (path.closed ? 0 : 1) < n; ++i) {
+    const Eigen::Vector2d way = path.corners[(i + 1) % n] - path.corners[i];
+    if (way.norm() > 0) sides.push_back({path.corners[i], way.normalized(), way.norm()});
+  }
+  return sides;
+}
+
+double distance_m(const Side& side, const Eigen::Vector2d& p) {
+  const double foot = std::clamp((p - side.begin).dot(side.along), 0.0, side.length_m);
+  return (p - side.begin - foot * side.along).norm();
+}
+
+double left_of_m(const Side& side, const Eigen::Vector2d& p) {
+  const Eigen::Vector2d r = p - side.begin;
+  return side.along.x() * r.y() - side.along.y() * r.x();
+}
+
+double nearest_m(const std::vector<Side>& sides, const Eigen::Vector2d& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Side& side : sides) nearest = std::min(nearest, distance_m(side, p));
+  return nearest;
+}
+
+/// The side that points most as the robot does; of those that point alike, the nearest.
+const Side& side_driven(const std::vector<Side>& sides, const SE2& map_T_base) {
+  constexpr double kAlike = 1e-3;
+  const Eigen::Vector2d ahead(std::cos(map_T_base.yaw()), std::sin(map_T_base.yaw()));
+  const Eigen::Vector2d& p = map_T_base.translation();
+  const Side* best = &sides.front();
+  for (const Side& side : sides) {
+    const double gain = side.along.dot(ahead) - best->along.dot(ahead);
+    if (gain > kAlike || (gain > -kAlike && distance_m(side, p) < distance_m(*best, p))) best = &side;
+  }
+  return *best;
+}
+
+}  // namespace
+
+std::optional<PathScores> score_path(const EstimatedTrajectory& estimated, const FloorPath& path) {
+  const std::vector<Side> sides = sides_of(path);
+  if (sides.empty() || estimated.empty()) return std::nullopt;
+  std::vector<double> distances;
+  std::vector<double> from_side;
+  double sum = 0;
+  for (const EstimatedPose& estimate : estimated) {
+    const SE2 map_T_base = project_to_plane(estimate.map_T_base);
+    distances.push_back(nearest_m(sides, map_T_base.translation()));
+    from_side.push_back(left_of_m(side_driven(sides, map_T_base), map_T_base.translation()));
+    sum += from_side.back();
+  }
+  const double mean = sum / static_cast<double>(estimated.size());
+  return PathScores{statistics_of(std::move(distances)), statistics_of(std::move(from_side)), mean};
+}
+
+FloorPath floor_path(const Trajectory& trajectory, double step_m) {
+  FloorPath path;
+  for (const internal::PathPose& pose : internal::driven_path(trajectory, step_m))
+    path.corners.push_back(pose.map_p);
+  return path;
+}
+
 namespace {
 
 Duration duration_of(double seconds) { return Duration(std::llround(seconds * 1e9)); }

@@ -1,12 +1,85 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/evaluation/alignment.hpp"
-#include "waymark/evaluation/error_statistics.hpp"
+#include "waymark/evaluation/pose_pairs.hpp"
+#include "waymark/samples/trajectory.hpp"
+
+namespace waymark {
+
+/// What a list of errors amounts to, in their unit. All 0 when there is none.
+struct ErrorStatistics {
+  std::size_t count = 0;
+  double rmse = 0;
+  double mean = 0;
+  double median = 0;
+  double p95 = 0;  ///< 95 of 100 are no larger
+  double max = 0;
+};
+
+/// Of the absolute values. O(n log n).
+[[nodiscard]] ErrorStatistics statistics_of(std::vector<double> errors);
+
+/// What may be moved before errors are measured. An answer in the map's own frame needs None; a trajectory in
+/// a frame of its own (odometry) can be judged by its shape only.
+enum class AlignmentKind : std::uint8_t { None, Se2, Se3, Sim3 };
+
+/// "none", "se2", "se3", "sim3".
+[[nodiscard]] std::string_view to_string(AlignmentKind kind);
+[[nodiscard]] std::optional<AlignmentKind> alignment_kind(std::string_view word);
+
+/// ref_p = scale * ref_R_est * est_p + ref_t.
+struct Alignment {
+  double scale = 1;
+  SE3 ref_T_est{};
+
+  [[nodiscard]] SE3 operator()(const SE3& est_T_base) const {
+    return {ref_T_est.rotation() * est_T_base.rotation(),
+            scale * (ref_T_est.rotation() * est_T_base.translation()) + ref_T_est.translation()};
+  }
+};
+
+/// The alignment with the least sum of squared distances of positions (Umeyama, "Least-Squares Estimation of
+/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), as evo's --align and
+/// --correct_scale find it; se2 turns about z and shifts in x and y only. Fails (InvalidArgument) on fewer
+/// than three pairs or positions that do not spread enough to tell a rotation. O(pairs).
+[[nodiscard]] Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind);
+
+}  // namespace waymark
+
+/// How far a trajectory is from a path that is known without times: a tape on the floor, a route.
+namespace waymark {
+
+/// Corners of a path on the floor, joined by straight lines [m].
+struct FloorPath {
+  std::vector<Eigen::Vector2d> corners{};
+  bool closed = false;  ///< from the last back to the first
+};
+
+struct PathScores {
+  ErrorStatistics distance_m{};  ///< from the nearest point of the path
+  /// Signed distances (left of it is positive) from the line of the side that points most as the robot does,
+  /// however far it is: what one reads off by hand when each side is judged for itself.
+  ErrorStatistics side_m{};
+  double side_mean_m = 0;  ///< of the signed distances: an offset to one hand shows here
+};
+
+/// Nothing when the path has fewer than two corners or there is no estimate. O(estimates * corners).
+[[nodiscard]] std::optional<PathScores> score_path(const EstimatedTrajectory& estimated,
+                                                   const FloorPath& path);
+
+/// The way of a trajectory, a corner each `step_m` or more.
+[[nodiscard]] FloorPath floor_path(const Trajectory& trajectory, double step_m);
+
+}  // namespace waymark
 
 /// How good a trajectory is against another that is known at each time.
 namespace waymark {

@@ -7,8 +7,6 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"
-#include "waymark/evaluation/dead_reckoning.hpp"
-#include "waymark/evaluation/path_scores.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -61,18 +59,6 @@ TEST(Alignment, SaysWhatCannotBeAligned) {
   EXPECT_FALSE(align(pairs, AlignmentKind::Se3).has_value());
   EXPECT_FALSE(align({pairs.begin(), pairs.begin() + 2}, AlignmentKind::Se2).has_value());
   EXPECT_FALSE(score_trajectory({}, AlignmentKind::None).has_value());
-}
-
-TEST(Pairs, BetweenPosesAndNotAcrossGaps) {
-  Trajectory truth = {{at_s(0), SE3()}, {at_s(1), SE3(SO3::exp({0, 0, 1}), {2, 0, 0})}, {at_s(9), SE3()}};
-  const auto half = pose_at(truth, at_s(0.5), std::chrono::seconds(2));
-  ASSERT_TRUE(half);
-  EXPECT_NEAR(half->translation().x(), 1, 1e-12);
-  EXPECT_NEAR(project_to_plane(*half).yaw(), 0.5, 1e-12);
-  EXPECT_FALSE(pose_at(truth, at_s(5), std::chrono::seconds(2)));
-  EXPECT_FALSE(pose_at(truth, at_s(-0.1), std::chrono::seconds(2)));
-  EXPECT_FALSE(pose_at(truth, at_s(9.1), std::chrono::seconds(2)));
-  EXPECT_TRUE(pose_at(truth, at_s(9), std::chrono::seconds(2)));
 }
 
 TEST(Scores, DriftShowsInRelativeErrorsAndAJumpIsCounted) {
@@ -162,26 +148,6 @@ TEST(Path, DistanceIsFromTheNearestPointSideFromTheLineDriven) {
   EXPECT_NEAR(score_path({standing(0, 0.5, -90)}, kRectangle)->distance_m.max, 0, 1e-12);
   EXPECT_FALSE(score_path({standing(0, 0, 0)}, {{{1, 1}}, false}));
   EXPECT_FALSE(score_path({}, kRectangle));
-}
-
-TEST(DeadReckoning, TheGyroTurnsAndTheWheelsGoForward) {
-  std::vector<Odometry> odometry;
-  std::vector<ImuSample> imu;
-  for (int i = 0; i <= 500; ++i) {  // wheels that see half of the turn
-    const double t_s = 0.02 * i;
-    imu.push_back({.stamp = at_s(t_s), .angular_velocity_rad_s = {0, 0, 0.4}});
-    odometry.push_back({.stamp = at_s(t_s), .odom_T_base = SE2::exp({0.5 * t_s, 0, 0.2 * t_s})});
-  }
-  const Trajectory reckoned = gyro_odometry(odometry, imu);
-  ASSERT_EQ(reckoned.size(), odometry.size());
-  const SE2 end = project_to_plane(reckoned.back().map_T_base);
-  const SE2 truth = SE2::exp({5, 0, 4});
-  EXPECT_LT((end.inverse() * truth).log().norm(), 1e-3);
-  const EstimatedTrajectory placed = placed_at(reckoned, {at_s(1), lift(SE2(7, 8, 9))});
-  EXPECT_EQ(placed.front().stamp, at_s(1));
-  EXPECT_LT((placed.front().map_T_base.translation() - Eigen::Vector3d(7, 8, 0)).norm(), 1e-9);
-  EXPECT_TRUE(gyro_odometry(odometry, {}).empty());
-  EXPECT_TRUE(placed_at(reckoned, {at_s(99), SE3()}).empty());
 }
 
 }  // namespace

@@ -9,6 +9,34 @@
 
 namespace waymark::plot {
 
+/// A mark on an axis.
+struct Tick {
+  double value = 0;
+  std::string label;  ///< empty for minor ticks
+
+  friend bool operator==(const Tick&, const Tick&) = default;
+};
+
+/// Round numbers (1, 2 or 5 times a power of ten apart) inside [low, high], about `wanted` of them (Heckbert,
+/// "Nice numbers for graph labels", Graphics Gems, 1990). low < high, both finite.
+[[nodiscard]] std::vector<Tick> linear_ticks(double low, double high, int wanted);
+
+/// Powers of ten inside [low, high] with their multiples as minor ticks; where there are fewer than two
+/// powers, 2 and 5 times them are labelled as well. 0 < low < high, both finite.
+[[nodiscard]] std::vector<Tick> log_ticks(double low, double high);
+
+/// Whether a point lies in the box, its rim included. What is not a number does not.
+[[nodiscard]] inline bool inside(const Point& point, const Box& box) {
+  return point.x_mm >= box.x_mm && point.x_mm <= box.right_mm() && point.y_mm >= box.y_mm &&
+         point.y_mm <= box.bottom_mm();
+}
+
+/// The parts of a line through these points that lie in the box. A point that is not a number ends a part.
+/// Points nearer than a fiftieth of a millimetre to the one before are left out: nobody can see them.
+/// O(points). (Liang and Barsky, "A new concept and method for line clipping", ACM Transactions on Graphics
+/// 3, 1984.)
+[[nodiscard]] std::vector<std::vector<Point>> clipped_lines(const std::vector<Point>& points, const Box& box);
+
 /// How the line of a series is drawn.
 struct LineStyle {
   double width_mm = 0.4;

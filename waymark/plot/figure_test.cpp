@@ -4,13 +4,12 @@
 #include <limits>
 #include <string>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "waymark/plot/clip.hpp"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 #include "waymark/plot/render.hpp"
-#include "waymark/plot/ticks.hpp"
 
 namespace waymark::plot {
 namespace {

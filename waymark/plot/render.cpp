@@ -1,20 +1,100 @@
 #include "waymark/plot/render.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include <cairo-pdf.h>
 #include <cairo.h>
-
-#include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <memory>
-
 #include <fmt/format.h>
 
-#include "waymark/plot/file_marks.hpp"
 #include "waymark/plot/text.hpp"
 
 namespace waymark::plot {
 namespace {
+
+std::optional<int> number_after(std::string_view text, std::string_view word) {
+  const std::size_t at = text.find(word);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::size_t first = text.find_first_of("0123456789", at + word.size());
+  if (first == std::string_view::npos) return std::nullopt;
+  int value = 0;
+  const auto [end, failure] = std::from_chars(text.data() + first, text.data() + text.size(), value);
+  return failure == std::errc() ? std::optional(value) : std::nullopt;
+}
+
+/// What stands between "<<" and the last ">>" of an object.
+std::optional<std::string> dictionary_of(std::string_view pdf, int object) {
+  const std::size_t at = pdf.rfind(fmt::format("\n{} 0 obj", object));
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view body = pdf.substr(at, pdf.find("endobj", at) - at);
+  const std::size_t open = body.find("<<");
+  const std::size_t close = body.rfind(">>");
+  if (open == std::string_view::npos || close == std::string_view::npos) return std::nullopt;
+  return std::string(body.substr(open + 2, close - open - 2));
+}
+
+/// CRC-32 as PNG wants it (PNG specification, annex D).
+std::uint32_t crc32(const std::uint8_t* data, std::size_t count) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (std::size_t i = 0; i < count; ++i) {
+    crc ^= data[i];
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  return ~crc;
+}
+
+void put_big_endian(std::uint8_t* out, std::uint32_t value) {
+  for (unsigned i = 0; i < 4; ++i) out[i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+}
+
+/// Appends an update to a PDF that sets ViewerPreferences / PrintScaling to None (ISO 32000-1, 7.5.6 and
+/// table 150), so that a print dialogue starts at 100 %. A PDF of another build than cairo 1.4-style (one
+/// cross-reference table) stays as it is.
+void ask_to_print_unscaled(std::vector<std::uint8_t>& pdf) {
+  const std::string_view text(reinterpret_cast<const char*>(pdf.data()), pdf.size());
+  const std::size_t trailer_at = text.rfind("trailer");
+  if (trailer_at == std::string_view::npos) return;
+  const std::string_view trailer = text.substr(trailer_at);
+  const auto root = number_after(trailer, "/Root");
+  const auto info = number_after(trailer, "/Info");
+  const auto size = number_after(trailer, "/Size");
+  const auto previous = number_after(trailer, "startxref");
+  if (!root || !info || !size || !previous) return;
+  const auto catalog = dictionary_of(text, *root);
+  if (!catalog) return;
+
+  const std::string object = fmt::format(
+      "{} 0 obj\n<<{}   /ViewerPreferences << /PrintScaling /None >>\n>>\nendobj\n", *root, *catalog);
+  const std::string update = fmt::format(
+      "{}xref\n{} 1\n{:010} 00000 n \ntrailer\n<< /Size {} /Root {} 0 R /Info {} 0 R /Prev {} "
+      ">>\nstartxref\n{}\n%%EOF\n",
+      object, *root, pdf.size(), *size, *root, *info, *previous, pdf.size() + object.size());
+  pdf.insert(pdf.end(), update.begin(), update.end());
+}
+
+/// Inserts the pHYs chunk (PNG specification, 11.3.5.3) after the header.
+void record_resolution(std::vector<std::uint8_t>& png, double dpi) {
+  constexpr std::size_t kEndOfHeader = 33;  // signature 8, IHDR 4 + 4 + 13 + 4
+  constexpr double kMetresPerInch = 0.0254;
+  if (png.size() < kEndOfHeader) return;
+  std::array<std::uint8_t, 21> chunk = {0, 0, 0, 9, 'p', 'H', 'Y', 's'};
+  const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi / kMetresPerInch));
+  put_big_endian(&chunk[8], per_metre);
+  put_big_endian(&chunk[12], per_metre);
+  chunk[16] = 1;  // the unit is the metre
+  put_big_endian(&chunk[17], crc32(&chunk[4], 13));
+  png.insert(png.begin() + kEndOfHeader, chunk.begin(), chunk.end());
+}
 
 constexpr double kPointsPerMillimetre = 72.0 / 25.4;
 constexpr double kMillimetresPerInch = 25.4;
@@ -159,6 +239,88 @@ Result<Bytes> render_png(const Drawing& page, double dpi) {
   if (written != CAIRO_STATUS_SUCCESS) return cairo_failed(written);
   record_resolution(bytes, dpi);
   return bytes;
+}
+
+}  // namespace waymark::plot
+
+// Written by hand instead of by cairo: a group keeps its name, a length keeps its millimetres, and the bytes
+// do not depend on what was drawn before (cairo numbers its surfaces).
+namespace waymark::plot {
+namespace {
+
+std::string hex(const Color& color) {
+  const auto byte = [](double share) { return std::lround(share * 255.0); };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(color.red), byte(color.green), byte(color.blue));
+}
+
+std::string path_of(const std::vector<Point>& points) {
+  std::string out;
+  for (const Point& point : points) {
+    out +=
+        fmt::format("{}{} {}", out.empty() ? "M" : "L", short_number(point.x_mm), short_number(point.y_mm));
+  }
+  return out;
+}
+
+class Writer {
+ public:
+  void operator()(const Fill& fill) {
+    std::string data;
+    for (const auto& loop : fill.loops) data += path_of(loop) + "Z";
+    out += fmt::format("<path fill=\"{}\" fill-rule=\"evenodd\" d=\"{}\"/>\n", hex(fill.color), data);
+  }
+
+  void operator()(const Stroke& stroke) {
+    std::string dash;
+    for (const double length_mm : stroke.dash_mm) dash += (dash.empty() ? "" : " ") + short_number(length_mm);
+    if (!dash.empty()) dash = " stroke-dasharray=\"" + dash + "\"";
+    out += fmt::format("<path fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"{} d=\"{}\"/>\n",
+                       hex(stroke.color), short_number(stroke.width_mm), dash, path_of(stroke.points));
+  }
+
+  void operator()(const Text& text) {
+    out += fmt::format("<path fill=\"{}\" aria-label=\"{}\" d=\"{}\"/>\n", hex(text.color),
+                       escaped(text.words), text_outline(text));
+  }
+
+  void operator()(const Group& group) {
+    close_group();
+    out += fmt::format("<g id=\"{}\">\n", escaped(group.name));
+    in_group_ = true;
+  }
+
+  void close_group() {
+    if (in_group_) out += "</g>\n";
+    in_group_ = false;
+  }
+
+  std::string out;
+
+ private:
+  bool in_group_ = false;
+};
+
+}  // namespace
+
+Result<Bytes> render_svg(const Drawing& page) {
+  if (!(page.width_mm > 0.0 && page.height_mm > 0.0 && page.width_mm <= 5000.0 && page.height_mm <= 5000.0)) {
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a page of {} x {} mm", page.width_mm, page.height_mm), {},
+                "Each side must be more than 0 and at most 5000 mm.");
+  }
+  const std::string width = short_number(page.width_mm);
+  const std::string height = short_number(page.height_mm);
+  Writer writer;
+  writer.out = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"{0}mm\" height=\"{1}mm\" "
+      "viewBox=\"0 0 {0} {1}\">\n"
+      "<title>{2}</title>\n<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
+      width, height, escaped(page.title));
+  for (const Shape& shape : page.shapes) std::visit(writer, shape);
+  writer.close_group();
+  writer.out += "</svg>\n";
+  return Bytes(writer.out.begin(), writer.out.end());
 }
 
 }  // namespace waymark::plot

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/plot/sheet_layout.hpp"
+#include "waymark/plot/tag_sheet.hpp"
 #include "waymark/plot/text.hpp"
 
 namespace waymark::plot {

@@ -5,7 +5,42 @@
 
 #include "waymark/plot/figure.hpp"
 #include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/trajectory.hpp"
+
+/// The figures of a loop that was taught, mapped and driven again. Colours: truth green, estimate red,
+/// odometry and the taught lap blue.
+namespace waymark::plot {
+
+inline constexpr Color kTruthColor = kPalette[2];
+inline constexpr Color kEstimateColor{0.757, 0.071, 0.122};
+inline constexpr Color kTaughtColor = kPalette[0];
+
+/// A way on the floor, and tags that belong to it; either may be empty.
+struct PathLayer {
+  std::string name;
+  Trajectory path{};
+  TagMap tags{};
+  Color color{};
+};
+
+/// Seen from above, a metre as long in x as in y. Each tag is a short line with a stroke towards its reader,
+/// and its id once. The layers are drawn in order, each narrower and with longer dashes than the one below
+/// it, so that layers that coincide are all seen.
+[[nodiscard]] Figure path_figure(const std::string& title, const std::vector<PathLayer>& layers);
+
+/// Distance of the estimated base from the true one at the same time, over the way driven in truth.
+[[nodiscard]] Figure trajectory_error_figure(const std::string& title, const Trajectory& estimated,
+                                             const Trajectory& truth);
+
+/// Distance of a driven way from the nearest point of the taught one, over the way driven.
+[[nodiscard]] Figure cross_track_figure(const std::string& title, const Trajectory& driven,
+                                        const Trajectory& taught);
+
+/// How many tags each frame saw, over time.
+[[nodiscard]] Figure tags_in_view_figure(const std::string& title, const std::vector<TagFrame>& frames);
+
+}  // namespace waymark::plot
 
 /// Figures of one drive over its time. The time axis begins with the drive.
 namespace waymark::plot {

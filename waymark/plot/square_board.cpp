@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/plot/sheet_marks.hpp"
+#include "waymark/plot/tag_sheet.hpp"
 
 namespace waymark::plot {
 namespace {

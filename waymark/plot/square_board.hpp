@@ -5,9 +5,8 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/plot/drawing.hpp"
-#include "waymark/plot/paper.hpp"
-#include "waymark/plot/sheet_layout.hpp"
 #include "waymark/plot/tag_outline.hpp"
+#include "waymark/plot/tag_sheet.hpp"
 #include "waymark/samples/calibration_board.hpp"
 
 namespace waymark::plot {

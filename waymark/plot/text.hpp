@@ -1,5 +1,4 @@
 #pragma once
-// Inside the room: how words become marks on the page, the same for every format.
 
 #include <string>
 #include <string_view>

@@ -2,10 +2,12 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
+#include "waymark/families/family.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 
@@ -51,5 +53,83 @@ void sort_detections(std::vector<TagDetection>& detections);
 /// then largest decision margin, then lowest position. Readings apart from each other are different prints of
 /// one tag and stay. The result is sorted as by sort_detections. O(n log n + pairs of the same tag).
 void remove_duplicates(std::vector<TagDetection>& detections);
+
+/// Which detector, and what it is asked to do. The defaults were chosen on photographs and rendered images,
+/// see docs/concepts/detection.md.
+struct DetectorOptions {
+  std::string detector = "waymark";
+  std::vector<std::string> families = {"tag36h11"};
+  /// Conservative on purpose: correcting two bits instead of one finds 1.5 % more tags, and makes a random
+  /// quad pass for a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
+  /// Trajectory Tracking for the LIMOS Robot", section 2.3.1).
+  int max_hamming = 1;
+  double min_decision_margin = 0;
+  bool find_inverted = false;
+  double quad_decimate = 1;
+  double quad_sigma = 0;
+  bool refine_edges = true;
+  double decode_sharpening = 0.8;
+  int min_white_black_diff = 15;
+  int memory_limit_mib = 512;
+  /// Tags of a map that may be here, no setting: the detector waymark reads them with up to four wrong bits
+  /// where the levels of the cells are evidence enough; numbers of other families do not count.
+  std::vector<TagId> known_tags = {};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.detector, Field{"detector",
+                               "Detector to use: waymark (this project's own), or apriltag3 (libapriltag "
+                               "3.3.0: slower, with options that waymark does not have)."});
+    visit(self.families,
+          Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
+    visit(self.max_hamming,
+          Field{"max_hamming",
+                "Maximum number of corrected bits of a tag, 0 to 2 (the limit of the library). Each further "
+                "bit finds slightly more tags and many more false ones.",
+                0, 2});
+    visit(self.min_decision_margin,
+          Field{"min_decision_margin",
+                "Minimum mean distance of the data bits from the black/white threshold, in grey levels after "
+                "sharpening (apriltag3 sharpens more: its values are two to three times as large); raise it "
+                "against false detections.",
+                0, 2000});
+    visit(
+        self.find_inverted,
+        Field{"find_inverted",
+              "Also find tags printed with black and white exchanged; detector waymark only. Takes twice the "
+              "time."});
+    visit(self.quad_decimate, Field{"quad_decimate",
+                                    "Downscaling of the image in which quads are searched, detector "
+                                    "apriltag3: 1, 1.5 or a whole number to 8. 2 is "
+                                    "two to four times as fast and loses tags with less than 3 px a bit.",
+                                    1, 8});
+    visit(self.quad_sigma, Field{"quad_sigma",
+                                 "Standard deviation in pixels of a blur before quads are searched, detector "
+                                 "apriltag3; about 0.8 for very noisy "
+                                 "images. With quad_decimate 1 the bits are read from the blurred image too.",
+                                 0, 2});
+    visit(self.refine_edges, Field{"refine_edges",
+                                   "Move each edge of a quad to the strongest gradient nearby, detector "
+                                   "apriltag3 (the library's own "
+                                   "refinement)."});
+    visit(
+        self.decode_sharpening,
+        Field{
+            "decode_sharpening",
+            "Sharpening of the data bits before decoding, detector apriltag3; helps small and blurred tags.",
+            0, 4});
+    visit(self.min_white_black_diff,
+          Field{"min_white_black_diff",
+                "Minimum difference of black and white in grey levels; lower it for faint prints in the "
+                "dark, at the price of time wherever the image noise exceeds an eighth of it.",
+                1, 255});
+    visit(self.memory_limit_mib,
+          Field{"memory_limit_mib",
+                "Largest total size of the decoding tables of the detector apriltag3, in MiB.", 1, 16384});
+  }
+};
+
+/// The families that are named, each once. Errors: an unknown one, or none.
+[[nodiscard]] Result<std::vector<FamilyId>> chosen_families(const DetectorOptions& options);
 
 }  // namespace waymark

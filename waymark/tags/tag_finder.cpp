@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/make_detector.hpp"
 
 namespace waymark {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "tests/support/draw_tag.hpp"
 #include "waymark/base/random.hpp"
+#include "waymark/tags/make_detector.hpp"
 #include "waymark/tags/tag_finder.hpp"
-#include "waymark/tags/waymark_detector.hpp"
 
 namespace waymark {
 namespace {

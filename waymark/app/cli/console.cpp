@@ -83,9 +83,6 @@ const char* interrupted_by() {
   return ending_signal == SIGTERM ? "SIGTERM" : "Ctrl-C";
 }
 
-}  // namespace waymark::cli
-
-namespace waymark {
 namespace {
 
 /// Every number as one sign.
@@ -126,9 +123,6 @@ std::vector<std::string> folded_warnings(const std::vector<std::string>& warning
   return result;
 }
 
-}  // namespace waymark
-
-namespace waymark::cli {
 namespace {
 
 std::int64_t now_ms() {

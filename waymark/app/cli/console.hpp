@@ -11,6 +11,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/robots/watchdog/stop_socket.hpp"
 
+/// How the program talks with who runs it: words and results, exit codes, Ctrl-C.
 namespace waymark::cli {
 
 /// From now on the first Ctrl-C (or SIGTERM) only raises a flag, so that the picture at hand is finished and
@@ -27,17 +28,9 @@ void interrupt();
 /// Which of the two, in words: "Ctrl-C" or "'waymark stop'".
 [[nodiscard]] const char* interrupted_by();
 
-}  // namespace waymark::cli
-
-namespace waymark {
-
 /// The first warnings of each kind and how many more there are, for people; alike are those that differ in
 /// numbers only (ids of tags are numbers). In the order of the first of each kind.
 [[nodiscard]] std::vector<std::string> folded_warnings(const std::vector<std::string>& warnings);
-
-}  // namespace waymark
-
-namespace waymark::cli {
 
 /// What the program tells its caller.
 enum class ExitCode : std::uint8_t {

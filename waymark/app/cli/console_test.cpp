@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace waymark {
+namespace waymark::cli {
 namespace {
 
 using ::testing::ElementsAre;
@@ -30,12 +30,6 @@ TEST(FoldedWarnings, FewAreSaidAsTheyAre) {
   EXPECT_TRUE(folded_warnings({}).empty());
   EXPECT_EQ(folded_warnings({"-1.5", "", "x"}), (std::vector<std::string>{"-1.5", "", "x"}));
 }
-
-}  // namespace
-}  // namespace waymark
-
-namespace waymark::cli {
-namespace {
 
 TEST(NamingFlag, SpeaksAsPeopleType) {
   EXPECT_EQ(to_string(naming_flag({ErrorCode::InvalidArgument, "too big", {.key = "tag_size_m"}, {}})),

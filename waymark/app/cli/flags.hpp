@@ -19,11 +19,8 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/config/option_layers.hpp"
 
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
-
+/// How options become flags: those of a struct (OptionFlags), those of a job (add_fields), single ones
+/// (add_option), and --config and --set below them (Settings).
 namespace waymark::cli {
 
 /// The group of flags that only --help-all shows.
@@ -231,8 +228,8 @@ class Refusals : public FlagRefusals {
   }
 };
 
-// Flags in one call: add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown, between(0.01,
-// 5)).
+// Flags in one call:
+// add_option(app, "--speed-m-s FLOAT", speed, "Cruising speed", kShown, between(0.01, 5)).
 
 /// Its value as it is before parsing stands in the help.
 inline constexpr auto kShown = [](CLI::Option& option) { option.capture_default_str(); };

@@ -13,7 +13,6 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
-#include "waymark/app/cli/build_details.hpp"
 #include "waymark/app/cli/help_text.hpp"
 #include "waymark/base/message_text.hpp"
 

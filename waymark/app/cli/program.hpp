@@ -13,4 +13,7 @@ namespace waymark::cli {
 [[nodiscard]] int run_program(const Verb& program, std::vector<std::string> words, std::FILE* out = stdout,
                               std::FILE* err = stderr);
 
+/// What this program was built from and with, as lines of text: `waymark --version --verbose`.
+[[nodiscard]] const char* build_details();
+
 }  // namespace waymark::cli

@@ -12,10 +12,7 @@
 #include "waymark/robots/process/robot_wire.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 
-namespace CLI {
-class App;
-}
-
+/// What verbs share that drive a robot, or are one.
 namespace waymark::cli {
 
 /// Where on the network of ROS 2: flags over what ROS's environment variables say.

@@ -6,7 +6,7 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
-#include "waymark/evaluation/path_scores.hpp"
+#include "waymark/evaluation/trajectory_scores.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 

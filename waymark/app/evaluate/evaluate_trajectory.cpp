@@ -15,7 +15,7 @@
 #include "waymark/evaluation/dead_reckoning.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/plot/loop_figures.hpp"
+#include "waymark/plot/run_figures.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

@@ -9,7 +9,6 @@
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/evaluation/path_scores.hpp"
 #include "waymark/evaluation/trajectory_scores.hpp"
 #include "waymark/samples/tag_map.hpp"
 

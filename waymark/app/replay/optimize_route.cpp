@@ -18,7 +18,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/plot/loop_figures.hpp"
+#include "waymark/plot/run_figures.hpp"
 #include "waymark/replay/safety_limiter.hpp"
 
 namespace waymark {

@@ -9,7 +9,7 @@
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/evaluate/report_page.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/plot/loop_figures.hpp"
+#include "waymark/plot/run_figures.hpp"
 
 namespace waymark {
 namespace {

@@ -10,10 +10,10 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/plot/board.hpp"
 #include "waymark/plot/render.hpp"
-#include "waymark/plot/sheet_layout.hpp"
 #include "waymark/plot/square_board.hpp"
+#include "waymark/plot/tag_board.hpp"
+#include "waymark/plot/tag_sheet.hpp"
 
 /// What was drawn of a board or a sheet of tags, and the files it was written to.
 namespace waymark {

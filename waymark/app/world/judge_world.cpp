@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
-#include "waymark/plot/loop_figures.hpp"
 #include "waymark/plot/render.hpp"
+#include "waymark/plot/run_figures.hpp"
 
 namespace waymark {
 namespace {

@@ -21,7 +21,7 @@
 #include "waymark/config/world_file.hpp"
 #include "waymark/evaluation/motion_blur.hpp"
 #include "waymark/evaluation/pose_pairs.hpp"
-#include "waymark/evaluation/turn_response.hpp"
+#include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {

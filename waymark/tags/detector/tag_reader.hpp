@@ -1,0 +1,230 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/families/family.hpp"
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/quads.hpp"
+
+namespace waymark::search {
+
+struct NearestCode {
+  int number = 0;
+  int distance = 0;
+};
+
+/// Finds the code of a family within a few wrong bits without a list of all wrong codes: cut into one piece
+/// more than there may be wrong bits, one piece must be right (Norouzi, Punjani and Fleet, "Fast search in
+/// Hamming space with multi-index hashing", CVPR 2012). Memory is a few words a code.
+class CodeIndex {
+ public:
+  /// `max_distance` from 0 to 3.
+  CodeIndex(const Family& family, int max_distance);
+
+  /// The nearest code within max_distance; of equally near ones the lowest number.
+  [[nodiscard]] std::optional<NearestCode> find(std::uint64_t code) const;
+
+  /// The code that has these bits where `known` has ones. None where several have. O(codes).
+  [[nodiscard]] std::optional<int> find_exact(std::uint64_t code, std::uint64_t known) const;
+
+ private:
+  /// Numbers of the codes by the value of one piece of their bits.
+  struct Piece {
+    unsigned shift = 0;
+    std::uint64_t mask = 0;
+    std::vector<std::uint32_t> begins;  ///< into numbers, one more than values
+    std::vector<std::uint32_t> numbers;
+  };
+
+  std::vector<std::uint64_t> codes_;
+  std::vector<Piece> pieces_;
+  int max_distance_ = 0;
+};
+
+/// Homography from cells (the border square is [0, width]^2) to the quad. False where there is none.
+[[nodiscard]] bool homography(const Quad& quad, int width, Eigen::Matrix3f& px_H_cell);
+
+/// Levels of an image at places given in cells of a quad.
+class CellView {
+ public:
+  /// `sign`: -1 where the border is bright; levels are then negative, and the border is low again.
+  CellView(const ImageView& image, const Eigen::Matrix3f& px_H_cell, float sign)
+      : image_(&image), px_H_cell_(px_H_cell), sign_(sign) {}
+
+  /// A pixel with a weight: (x, y, w).
+  [[nodiscard]] Eigen::Vector3f place(float u, float v) const {
+    return px_H_cell_.col(0) * u + px_H_cell_.col(1) * v + px_H_cell_.col(2);
+  }
+
+  /// Bilinear; beyond the image its nearest pixel counts. Times the sign.
+  [[nodiscard]] float level(const Eigen::Vector3f& place) const {
+    const ImageView& image = *image_;
+    const float w = 1 / place.z();
+    const float x = std::clamp(place.x() * w - 0.5F, 0.0F, static_cast<float>(image.width - 1));
+    const float y = std::clamp(place.y() * w - 0.5F, 0.0F, static_cast<float>(image.height - 1));
+    const int x0 = static_cast<int>(x);
+    const int y0 = static_cast<int>(y);
+    const int right = x0 + 1 < image.width ? 1 : 0;
+    const std::uint8_t* top = image.data + static_cast<std::ptrdiff_t>(y0) * image.stride + x0;
+    const std::uint8_t* bottom = y0 + 1 < image.height ? top + image.stride : top;
+    const float du = x - static_cast<float>(x0);
+    const float dv = y - static_cast<float>(y0);
+    const float above = static_cast<float>(top[0]) + du * static_cast<float>(top[right] - top[0]);
+    const float below = static_cast<float>(bottom[0]) + du * static_cast<float>(bottom[right] - bottom[0]);
+    return sign_ * (above + dv * (below - above));
+  }
+
+  [[nodiscard]] float level(float u, float v) const { return level(place(u, v)); }
+  /// The direction of one cell along u (0) or v (1).
+  [[nodiscard]] Eigen::Vector3f step(int axis) const { return px_H_cell_.col(axis); }
+
+ private:
+  const ImageView* image_;
+  Eigen::Matrix3f px_H_cell_;
+  float sign_;
+};
+
+/// The levels of a tag's cells, row by row, with `margin` cells around its border.
+struct CellLevels {
+  std::span<const float> levels;
+  int width = 0;   ///< [cell] of the border square
+  int margin = 1;  ///< [cell]
+
+  [[nodiscard]] float at(int x, int y) const {
+    const int index = (y + margin) * (width + 2 * margin) + x + margin;
+    return levels[static_cast<std::size_t>(index)];
+  }
+};
+
+/// Light that changes at a straight line across a tag, as at the edge of a shadow.
+struct ShadowEdge {
+  Eigen::Vector2f normal{0, 0};   ///< towards the light
+  float offset = 0;               ///< [cell] normal . place = offset on the line
+  std::array<float, 2> border{};  ///< level of black in the shadow, and in the light
+  std::array<float, 2> around{};  ///< level of white
+
+  /// The share of a cell that is in the light.
+  [[nodiscard]] float lit(int x, int y) const;
+  /// The level that a cell would have in the light.
+  [[nodiscard]] float in_the_light(float level, int x, int y) const;
+};
+
+/// The edge between the two arcs into which the cells around the border fall best, if they explain most of
+/// how these differ, and black differs from white on both sides. O(width^2).
+[[nodiscard]] std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_contrast);
+
+/// How much better a code explains the levels of a tag's cells than bits at random do, in bits: the logarithm
+/// to base 2 of the likelihood ratio. A level far from the threshold says its bit with up to 0.96 bits, one
+/// at the threshold says nothing, and one that is far on the wrong side costs 4. Under bits at random the
+/// expectation of the ratio is one, so that they reach t bits with a probability of at most 2^-t (Markov's
+/// inequality). `distances`: of all sampled cells from the threshold; `cells`: which of them are bits, most
+/// significant first; `wrong_bits`: ones where the code differs from what was read. O(cells).
+[[nodiscard]] float evidence_bits(std::span<const float> distances, std::span<const std::uint16_t> cells,
+                                  std::uint64_t wrong_bits);
+
+/// A family as it is read: which cells, in which order after each quarter turn.
+struct ReadableFamily {
+  FamilyId id = FamilyId::Tag36h11;
+  int width = 0;   ///< [cell] of the border square
+  int margin = 1;  ///< [cell] sampled around it: the surroundings of the border, and data bits there
+  bool bright_border = false;
+  /// For each quarter turn of the print, the sampled cell (row by row from the quad's first corner) of each
+  /// bit, most significant first.
+  std::array<std::vector<std::uint16_t>, 4> cells;
+  CodeIndex codes;
+  /// Numbers that a map says may be here: these are read with up to four wrong bits where the levels of the
+  /// cells are evidence enough (soft_bits.hpp).
+  std::vector<int> known{};
+
+  ReadableFamily(const Family& family, int max_hamming);
+};
+
+/// Sampled cells along a side.
+[[nodiscard]] inline int side_of(const ReadableFamily& family) { return family.width + 2 * family.margin; }
+
+struct ReaderOptions {
+  double min_contrast = 5;  ///< [grey level] between the border and its surroundings
+  double min_margin = 0;    ///< [grey level] see TagDetection::decision_margin
+};
+
+/// Changes between cells inside: the bits of a tag change often, the inside of most other quads hardly.
+inline constexpr int kFewChanges = 8;
+
+/// What was seen of a quad that was read, or could not be.
+struct ReadProgress {
+  bool border_seen = false;  ///< so that bits were read
+  int sides_seen = 0;        ///< of the border: those along which most cells differ as a border's do
+  int changes = 0;           ///< between dark and bright among neighbouring cells inside
+};
+
+/// Reads tags from quads: levels of black and white as planes fitted to the border and its surroundings, so
+/// that light may change across the tag; bits held against their mean; sharpened by several amounts.
+class TagReader {
+ public:
+  explicit TagReader(const ReaderOptions& options) : options_(options) {}
+
+  /// At how many of eight places of the quad's edges, two at each side, there is a step outwards. Cheap.
+  [[nodiscard]] int steps_outwards(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                                   bool inverted);
+
+  /// The tag of this family whose border the quad is, with the quad as its corners. `inverted`: a print with
+  /// black and white exchanged. O(cells).
+  std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                                   bool inverted, ReadProgress& progress);
+
+  /// The same of a tag that something covers along the side after corner `covered` of the quad: levels come
+  /// from the other three sides, all of which must be seen, and are taken as even.
+  std::optional<TagDetection> read_covered(const ImageView& image, const Quad& quad,
+                                           const ReadableFamily& family, bool inverted, std::size_t covered);
+
+ private:
+  /// Levels across the tag: constant, change per cell along x and along y, from its middle.
+  using Plane = std::array<float, 3>;
+  struct Levels {
+    Plane border{};
+    Plane around{};
+    [[nodiscard]] float contrast() const { return around[0] - border[0]; }
+  };
+
+  /// Of eight pairs of cells, two at each side, those that differ as a border's do.
+  [[nodiscard]] int steps_outwards(const ImageView& image, const ReadableFamily& family) const;
+  bool place(const Quad& quad, const ReadableFamily& family, bool inverted);
+  Levels sample_border(const ImageView& image, const ReadableFamily& family);
+  /// Of the cells along each side, from the quad's first corner on, those that differ from what is outside.
+  [[nodiscard]] std::array<int, 4> border_pairs(const ReadableFamily& family, float step) const;
+  [[nodiscard]] Levels levels_beside(const ReadableFamily& family, std::size_t covered) const;
+  [[nodiscard]] int changes_inside(const ReadableFamily& family) const;
+  void sample_inside(const ImageView& image, const ReadableFamily& family);
+  void sharpen(const ReadableFamily& family, const Levels& levels, float amount);
+  std::optional<TagDetection> decode(const Quad& quad, const ReadableFamily& family);
+  /// The known tag that the levels are most evidence for, if they are enough.
+  std::optional<TagDetection> decode_known(const Quad& quad, const ReadableFamily& family,
+                                           const Levels& levels);
+  /// With the levels of the cells on both sides of a shadow's edge made one; nothing where there is none.
+  std::optional<TagDetection> decode_in_shadow(const Quad& quad, const ReadableFamily& family);
+  /// Without the bits next to a side, which is covered: all others must be right.
+  std::optional<TagDetection> decode_beside(const Quad& quad, const ReadableFamily& family,
+                                            std::size_t covered);
+  [[nodiscard]] std::uint64_t code_of(const ReadableFamily& family, std::size_t turn) const;
+  [[nodiscard]] bool believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
+                                std::uint64_t known_bits, float& margin) const;
+  [[nodiscard]] float sample(const ImageView& image, float u, float v) const;
+  [[nodiscard]] float& cell(const ReadableFamily& family, int x, int y);
+
+  ReaderOptions options_;
+  float sign_ = 1;  ///< -1 where the border is bright: levels are then negative, and the border is low again
+  Eigen::Matrix3f px_H_cell_ = Eigen::Matrix3f::Identity();
+  std::vector<float> levels_;     ///< of the sampled cells
+  std::vector<float> distances_;  ///< of the sharpened cells from the threshold
+};
+
+}  // namespace waymark::search

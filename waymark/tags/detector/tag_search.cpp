@@ -1,0 +1,241 @@
+#include "waymark/tags/detector/tag_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace waymark::search {
+namespace {
+
+/// How an image is cut into dark and bright.
+struct PlaneRule {
+  std::uint16_t share_256 = 128;  ///< see ThresholdRule
+  int row_step = 1;               ///< see BitPlane
+  int gates = 1;                  ///< least range of a window, in ranges that are asked for everywhere
+  bool diagonals = true;          ///< whether pixels that share but a corner are joined, in a second pass
+};
+
+/// First a share of the local range that a border darkened by a shadow, or joined to mid-grey surroundings,
+/// is still below when its paper is not. What that finds is large enough that half of the rows will do, and
+/// not faint. Then half of the range, for the small, the blurred and the faint ones.
+constexpr std::array<PlaneRule, 2> kPlanes = {{{64, 2, 2, false}, {128, 1, 1, true}}};
+
+bool inside(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& point) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d edge = corners[(i + 1) % 4] - corners[i];
+    const Eigen::Vector2d to = point - corners[i];
+    if (edge.x() * to.y() - edge.y() * to.x() <= 0) return false;
+  }
+  return true;
+}
+
+double area_of(const std::array<Eigen::Vector2d, 4>& c) {
+  const Eigen::Vector2d a = c[2] - c[0];
+  const Eigen::Vector2d b = c[3] - c[1];
+  return 0.5 * (a.x() * b.y() - a.y() * b.x());
+}
+
+/// The quad with each corner moved away from the middle by so many pixels along its diagonal.
+Quad grown(const Quad& quad, float by_px) {
+  constexpr float kLeastRadius = 4;  // px
+  const Eigen::Vector2f middle = 0.25F * (quad[0] + quad[1] + quad[2] + quad[3]);
+  Quad out;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2f from = quad[i] - middle;
+    out[i] = middle + from * (1 + by_px / std::max(kLeastRadius, from.norm()));
+  }
+  return out;
+}
+
+}  // namespace
+
+TagSearch::TagSearch(const SearchOptions& options, const PlaneKernels& kernels)
+    : options_(options),
+      kernels_(&kernels),
+      reader_({.min_contrast = std::max(5.0, options.min_white_black_diff / 2.0),
+               .min_margin = options.min_decision_margin}) {}
+
+const std::vector<TagDetection>& TagSearch::run(const ImageView& image,
+                                                const std::vector<ReadableFamily>& families) {
+  found_.clear();
+  counts_ = {};
+  measure_tiles(image, *kernels_, tiles_);
+  gate_ = noise_gate(tiles_, options_.min_white_black_diff);
+  for (const Polarity polarity : {Polarity::Dark, Polarity::Bright}) {
+    wanted_.clear();
+    least_width_ = 0;
+    for (const ReadableFamily& family : families) {
+      const bool upright = family.bright_border == (polarity == Polarity::Bright);
+      if (!upright && !options_.find_inverted) continue;
+      wanted_.push_back({&family, !upright});
+      least_width_ = least_width_ == 0 ? family.width : std::min(least_width_, family.width);
+    }
+    if (!wanted_.empty()) search_polarity(image, polarity);
+  }
+  return found_;
+}
+
+void TagSearch::search_polarity(const ImageView& image, Polarity polarity) {
+  boxes_.clear();
+  const bool dark = polarity == Polarity::Dark;
+  for (const PlaneRule& plane : kPlanes) {
+    const int gate = std::clamp(plane.gates * options_.min_white_black_diff, gate_, 255);
+    const ThresholdRule rule{dark, plane.share_256, static_cast<std::uint8_t>(gate)};
+    threshold(image, tiles_, rule, *kernels_, plane_, plane.row_step);
+    search_plane(image, polarity, plane.diagonals);
+  }
+}
+
+void TagSearch::search_plane(const ImageView& image, Polarity polarity, bool diagonals) {
+  components_.label(plane_, *kernels_, diagonals);
+  counts_.runs += components_.runs().size();
+  counts_.components += components_.components().size();
+  search_components(image, polarity, false);
+  if (!diagonals) return;
+  components_.join_diagonals();
+  search_components(image, polarity, true);
+}
+
+void TagSearch::search_components(const ImageView& image, Polarity polarity, bool joined) {
+  const auto count = static_cast<std::int32_t>(components_.components().size());
+  for (std::int32_t i = 0; i < count; ++i) {
+    if (!components_.is_root(i)) continue;
+    const Component& component = components_.components()[static_cast<std::size_t>(i)];
+    if (joined && !component.joined_diagonally) continue;
+    // The same frame again, from the other threshold or with what touches it inside.
+    if (worth_a_look(image, component) && boxes_.insert(component))
+      search_component(image, polarity, component);
+  }
+}
+
+/// By the box and the area alone: a frame of one cell's width around a tag of a pixel a cell or more.
+bool TagSearch::worth_a_look(const ImageView& image, const Component& component) const {
+  constexpr double kBoxShare = 0.12;
+  constexpr int kFrame = 3;           // px along the frame
+  constexpr double kRunsARow = 1.25;  // a frame has two or more in most rows, a spot has one
+  constexpr double kMostRunsARow = 5;
+  const int width = component.x1 - component.x0;
+  const int height = component.y1 - component.y0;
+  if (width < 5 || height < 5 || width + height < 2 * least_width_) return false;
+  if (component.run_count < kRunsARow * height || component.run_count > kMostRunsARow * height) return false;
+  if (component.area < std::min(kBoxShare * width * height, 1.0 * kFrame * (width + height))) return false;
+  return width < 0.95 * image.width || height < 0.95 * image.height;
+}
+
+/// Whether a tag was found where this quad is. A tag printed inside another one is much smaller than it.
+bool TagSearch::known(const Quad& quad) const {
+  constexpr double kMuchSmaller = 0.05;
+  const Eigen::Vector2d middle = (0.5F * (quad[0] + quad[2])).cast<double>();
+  const double size = area(quad);
+  return std::ranges::any_of(found_, [&](const TagDetection& tag) {
+    return inside(tag.corners_px, middle) && size > kMuchSmaller * area_of(tag.corners_px);
+  });
+}
+
+namespace {
+
+constexpr float kPreciseCell = 2;  // px; of smaller ones the outline says too little
+constexpr float kSmallCell = 5;    // px; of larger ones a pixel more or less decides nothing
+
+}  // namespace
+
+void TagSearch::search_component(const ImageView& image, Polarity polarity, const Component& component) {
+  constexpr float kWidestReach = 2.5F;   // px
+  constexpr float kBeyondACell = 1.25F;  // cells
+  constexpr float kLargeCell = 3;        // px
+  constexpr double kRunsARow = 2;        // at least, with bits inside
+  Attempt attempt;
+  if (!fitter_.fit(components_, component, attempt.outline)) return;
+  ++counts_.quads;
+  if (known(attempt.outline)) return;
+  attempt.cell_px = std::sqrt(area(attempt.outline)) / static_cast<float>(least_width_);
+  attempt.sign = polarity == Polarity::Dark ? 1 : -1;
+  attempt.reach_px = std::clamp(0.9F * attempt.cell_px, 1.0F, kWidestReach);
+  if (read_outline(image, attempt)) return;
+  // What touches the border at a side, and goes on beyond it, pulls the outline off by up to a cell.
+  const int height = component.y1 - component.y0;
+  if (attempt.cell_px < kLargeCell || component.run_count < kRunsARow * height) return;
+  attempt.reach_px = kBeyondACell * attempt.cell_px;
+  attempt.far = true;
+  read_outline(image, attempt);
+}
+
+bool TagSearch::read_outline(const ImageView& image, Attempt& attempt) {
+  constexpr int kFewCrossings = 8;  // find the place
+  constexpr int kSomeChanges = 14;
+  constexpr float kLastReach = 1.5F;  // px
+  const bool precise = attempt.cell_px > kPreciseCell;
+  // Of 8. What the outline of a component says is a pixel off at worst, or else half of it is right.
+  constexpr int kEnoughSteps = 5;
+  constexpr int kHalf = 4;
+  if (precise && !has_steps_outwards(image, attempt.outline, attempt.far ? kHalf : kEnoughSteps))
+    return false;
+  attempt.sharpened = attempt.outline;
+  const EdgeSearch first{attempt.reach_px, attempt.sign, kFewCrossings, attempt.far};
+  if (!sharpen_edges(image, first, attempt.sharpened)) return false;
+  if (precise && !has_steps_outwards(image, attempt.sharpened, kEnoughSteps)) return false;
+  sharpen_edges(image, {std::min(kLastReach, attempt.reach_px), attempt.sign}, attempt.sharpened);
+  ReadProgress progress;
+  if (read_any(image, attempt.sharpened, progress)) return true;
+  if (!progress.border_seen || progress.changes < kFewChanges) return false;
+  if (!attempt.far && attempt.cell_px < kSmallCell && read_varied(image, attempt)) return true;
+  return precise && progress.changes >= kSomeChanges && read_covered(image, attempt.sharpened);
+}
+
+bool TagSearch::has_steps_outwards(const ImageView& image, const Quad& quad, int least) {
+  return std::ranges::any_of(wanted_, [&](const Wanted& wanted) {
+    return reader_.steps_outwards(image, quad, *wanted.family, wanted.inverted) >= least;
+  });
+}
+
+bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress& best) {
+  for (const Wanted& wanted : wanted_) {
+    ReadProgress progress;
+    const auto tag = reader_.read(image, quad, *wanted.family, wanted.inverted, progress);
+    counts_.borders += progress.border_seen ? 1 : 0;
+    best.border_seen = best.border_seen || progress.border_seen;
+    best.changes = std::max(best.changes, progress.changes);
+    if (tag && keep(image, wanted, *tag)) return true;
+  }
+  return false;
+}
+
+/// Small and blurred tags: their outline is off by a part of a cell, and a pixel more or less makes them
+/// readable. Only where the border was seen: of the tags of the rendered sets none was read so without.
+bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
+  constexpr std::array<float, 5> kGrowth = {-0.35F, 0.3F, -0.7F, 0.6F, -1.0F};
+  ReadProgress ignored;
+  if (read_any(image, attempt.outline, ignored)) return true;
+  for (std::size_t i = 0; i < kGrowth.size(); ++i) {
+    const Quad quad = grown(i % 2 == 0 ? attempt.outline : attempt.sharpened, 1.414F * kGrowth[i]);
+    if (read_any(image, quad, ignored)) return true;
+  }
+  return false;
+}
+
+/// A tag with something over one side of its border: the quad ends where that begins or, where it is dark and
+/// outside, where it ends. The bits inside say which side, and where it should be.
+bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
+  for (const Wanted& wanted : wanted_) {
+    const ReadableFamily& family = *wanted.family;
+    const MisplacedSides misplaced = grid_.misplaced_sides(image, quad, family, wanted.inverted);
+    for (std::size_t i = 0; i < misplaced.count; ++i) {
+      const MisplacedSide& at = misplaced.sides[i];
+      for (const float off : {0.0F, 0.2F, -0.2F, 0.4F, -0.4F}) {
+        const Quad whole = with_side_moved(at.quad, at.side, at.missing + off, family.width);
+        const auto tag = reader_.read_covered(image, whole, family, wanted.inverted, at.side);
+        if (tag && keep(image, wanted, *tag)) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// A tag whose bits do not agree with its corners is none.
+bool TagSearch::keep(const ImageView& image, const Wanted& wanted, TagDetection tag) {
+  if (!grid_.settle(image, *wanted.family, wanted.inverted, tag)) return false;
+  found_.push_back(tag);
+  return true;
+}
+
+}  // namespace waymark::search

@@ -1,0 +1,139 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/bit_grid.hpp"
+#include "waymark/tags/bit_planes.hpp"
+#include "waymark/tags/quads.hpp"
+#include "waymark/tags/run_components.hpp"
+#include "waymark/tags/tag_reader.hpp"
+
+namespace waymark::search {
+
+/// The boxes of components that were looked at, by open addressing. No allocation once it has grown.
+class BoxSet {
+ public:
+  void clear() {
+    std::ranges::fill(slots_, kFree);
+    count_ = 0;
+  }
+
+  /// False where a component with the same box was there already.
+  bool insert(const Component& component) {
+    if (2 * count_ >= slots_.size()) grow();
+    return insert_key(key_of(component));
+  }
+
+ private:
+  static constexpr std::uint64_t kFree = 0;  // no box: x1 and y1 are at least 1
+
+  static std::uint64_t key_of(const Component& c) {
+    const auto part = [](std::int16_t value) {
+      return static_cast<std::uint64_t>(static_cast<std::uint16_t>(value));
+    };
+    return part(c.x0) | part(c.x1) << 16U | part(c.y0) << 32U | part(c.y1) << 48U;
+  }
+
+  bool insert_key(std::uint64_t key) {
+    constexpr std::uint64_t kMix = 0x9e3779b97f4a7c15U;
+    std::size_t at = (key * kMix >> 32U) & (slots_.size() - 1);
+    while (slots_[at] != kFree) {
+      if (slots_[at] == key) return false;
+      at = (at + 1) & (slots_.size() - 1);
+    }
+    slots_[at] = key;
+    ++count_;
+    return true;
+  }
+
+  void grow() {
+    std::vector<std::uint64_t> before(2 * slots_.size(), kFree);
+    before.swap(slots_);
+    count_ = 0;
+    for (const std::uint64_t key : before) {
+      if (key != kFree) insert_key(key);
+    }
+  }
+
+  std::vector<std::uint64_t> slots_ = std::vector<std::uint64_t>(1024, kFree);  // a power of two
+  std::size_t count_ = 0;
+};
+
+struct SearchOptions {
+  int min_white_black_diff = 15;
+  double min_decision_margin = 0;
+  bool find_inverted = false;
+};
+
+/// What one search did, for tests of its cost.
+struct SearchCounts {
+  std::size_t runs = 0;
+  std::size_t components = 0;
+  std::size_t quads = 0;
+  std::size_t borders = 0;  ///< quads whose bits were read
+};
+
+/// The search for tags in one image, with the memory it needs: one for each thread. Threshold in bit planes,
+/// connected components, quads, bits (docs/concepts/detection.md).
+class TagSearch {
+ public:
+  explicit TagSearch(const SearchOptions& options, const PlaneKernels& kernels = best_plane_kernels());
+
+  /// The tags of these families, in the order in which they were found. Valid until the next call. No
+  /// allocation once the workspace has grown. O(pixels / 64 + runs + quads).
+  const std::vector<TagDetection>& run(const ImageView& image, const std::vector<ReadableFamily>& families);
+
+  [[nodiscard]] const SearchCounts& counts() const { return counts_; }
+
+ private:
+  /// A family as it is looked for in one polarity.
+  struct Wanted {
+    const ReadableFamily* family = nullptr;
+    bool inverted = false;
+  };
+  /// An attempt at a quad, and what to try next.
+  struct Attempt {
+    Quad outline;
+    Quad sharpened;
+    float cell_px = 0;
+    float reach_px = 0;  ///< how far from the outline edges are searched first
+    int sign = 1;        ///< 1: brighter outside
+    bool far = false;    ///< the outline is not trusted
+  };
+
+  void search_polarity(const ImageView& image, Polarity polarity);
+  void search_plane(const ImageView& image, Polarity polarity, bool diagonals);
+  void search_components(const ImageView& image, Polarity polarity, bool joined);
+  void search_component(const ImageView& image, Polarity polarity, const Component& component);
+  bool read_outline(const ImageView& image, Attempt& attempt);
+  [[nodiscard]] bool has_steps_outwards(const ImageView& image, const Quad& quad, int least);
+  bool read_any(const ImageView& image, const Quad& quad, ReadProgress& best);
+  bool read_covered(const ImageView& image, const Quad& quad);
+  bool keep(const ImageView& image, const Wanted& wanted, TagDetection tag);
+  bool read_varied(const ImageView& image, const Attempt& attempt);
+  [[nodiscard]] bool worth_a_look(const ImageView& image, const Component& component) const;
+  [[nodiscard]] bool known(const Quad& quad) const;
+
+  SearchOptions options_;
+  const PlaneKernels* kernels_;
+  Tiles tiles_;
+  BitPlane plane_;
+  RunComponents components_;
+  QuadFitter fitter_;
+  TagReader reader_;
+  BitGrid grid_;
+  std::vector<Wanted> wanted_;
+  int least_width_ = 1;  ///< [cell] of the wanted families
+  int gate_ = 0;
+  BoxSet boxes_;  ///< of this polarity's components so far
+  std::vector<TagDetection> found_;
+  SearchCounts counts_;
+};
+
+}  // namespace waymark::search

@@ -1,0 +1,17 @@
+#include "waymark/tags/make_detector.hpp"
+
+#include <fmt/format.h>
+
+#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/waymark_detector.hpp"
+
+namespace waymark {
+
+Result<std::unique_ptr<Detector>> make_detector(const DetectorOptions& options) {
+  if (options.detector == "apriltag3") return make_apriltag_detector(options);
+  if (options.detector == "waymark") return make_waymark_detector(options);
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown detector '{}'", options.detector),
+              {.key = "detector"}, "There are waymark and apriltag3.");
+}
+
+}  // namespace waymark

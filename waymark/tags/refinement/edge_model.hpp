@@ -1,0 +1,157 @@
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+
+#include "waymark/families/family.hpp"
+#include "waymark/image/image.hpp"
+#include "waymark/tags/edge_sums.hpp"
+#include "waymark/tags/lane_math.hpp"
+
+namespace waymark::refinement {
+
+/// What the compiler makes of it (SSE, NEON or a loop) is its business.
+using Lanes = Eigen::Array<float, kLanes, 1>;
+
+template <>
+[[gnu::always_inline]] inline Lanes load<Lanes>(const float* lanes) {
+  return Eigen::Map<const Lanes>(lanes);
+}
+template <>
+[[gnu::always_inline]] inline void store<Lanes>(const Lanes& lanes, float* to) {
+  Eigen::Map<Lanes>{to} = lanes;
+}
+
+inline constexpr int kMaxCells =
+    16;  ///< cells along the border square of a tag; AprilTag's families have 3 to 8
+
+/// A row of cells parallel to one border edge, in the order of that edge's corners, each as its share (0 or
+/// 1) of the colour just outside the border: white for most families, black where the border is reversed.
+using CellRow = std::array<float, kMaxCells>;
+
+/// What is printed near one border edge. The border itself is one cell wide on either side of the edge.
+struct Surroundings {
+  int cells = 0;              ///< cells along the edge
+  CellRow behind{};           ///< the row behind the inner border ring: the outermost data bits
+  CellRow beyond{};           ///< the row beyond the ring outside the border, where the family has bits there
+  bool beyond_known = false;  ///< false: what lies there is not printed with the tag (margin, wall, ...)
+};
+
+/// The surroundings of the four edges TL-TR, TR-BR, BR-BL, BL-TL of a tag. Requires an id that exists in the
+/// family. O(data bits).
+[[nodiscard]] std::array<Surroundings, 4> tag_surroundings(const TagId& id);
+
+inline constexpr int kMaxSlices = 64;  ///< of one edge; longer edges are sampled sparsely
+inline constexpr int kMaxDepth = 24;   ///< pixels in one slice
+inline constexpr int kMaxBlocks = kMaxSlices / kLanes;
+
+using Quad = std::array<Eigen::Vector2d, 4>;
+
+/// One border edge of a quad and what lies parallel to it, in pixels.
+struct EdgeFrame {
+  Eigen::Vector2d from{0, 0};           ///< first corner
+  Eigen::Vector2d to{0, 0};             ///< second corner
+  Eigen::Vector2d normal{0, 0};         ///< outward unit normal
+  Eigen::Vector2d normal_before{0, 0};  ///< of the edge that ends at `from`
+  Eigen::Vector2d normal_after{0, 0};   ///< of the edge that starts at `to`
+  double length_px = 0;
+  Eigen::Matrix3d cell_H_px = Eigen::Matrix3d::Identity();  ///< pixels to cells: u along the edge, v inwards
+  Eigen::Vector3d behind_line{0, 0, 0};  ///< unit line v = 1 cell: signed distance grows outwards
+  Eigen::Vector3d beyond_line{0, 0, 0};  ///< unit line v = -1 cell
+  double cell_px = 0;                    ///< smallest distance along the edge to either line
+  /// Known outward bulge of the edge at place t along it (-1 to 1): (1 - t^2)(b0 + b1 t + b2 t^2) [px].
+  Eigen::Vector3d bulge_px{0, 0, 0};
+
+  [[nodiscard]] double bulge_at(double t) const {
+    return (1.0 - t * t) * (bulge_px[0] + t * (bulge_px[1] + t * bulge_px[2]));
+  }
+};
+
+/// Homography of the unit square onto a quad TL, TR, BR, BL (Heckbert, "Fundamentals of texture mapping and
+/// image warping", 1989, section 2.2.3).
+[[nodiscard]] Eigen::Matrix3d homography_of_unit_square(const Quad& quad);
+
+/// Frames of the four edges; cells = cells along a side. The quad must be convex, clockwise as seen.
+[[nodiscard]] std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells);
+
+/// How far from the edge to look.
+struct BandLimits {
+  double inside_px = 0;
+  double outside_px = 0;
+  double corner_margin_px = 0;  ///< keep this far inside both neighbouring edges
+  bool cells_matter = false;    ///< whether neighbouring cells blur into the band
+  int max_slices = kMaxSlices;  ///< longer edges are sampled more sparsely
+};
+
+/// The pixels around one edge, cut into slices: columns where the edge is more horizontal than vertical, rows
+/// otherwise. Pixels are taken as they are, never interpolated, so their noise stays independent. Along a
+/// slice the distance to the edge grows outwards by `step_px` from pixel to pixel. Slices are kept in blocks
+/// of kLanes.
+struct Band {
+  using Plane = std::array<std::array<Lanes, kMaxDepth>, kMaxBlocks>;
+
+  int slices = 0;
+  int blocks = 0;
+  int depth = 0;
+  int pixels = 0;  ///< with weight > 0
+  float step_px = 1;
+  bool cells_matter = false;  ///< whether behind, beyond and inside are filled
+  bool beyond_known = false;
+  bool clipped = false;                 ///< whether a pixel is as dark or as bright as a pixel can be
+  std::array<Lanes, kMaxBlocks> along;  ///< place along the edge, -1 at its first corner, +1 at its second
+  std::array<Lanes, kMaxBlocks>
+      first_px;  ///< signed distance of a slice's first pixel from the edge, bulge included
+  std::array<Lanes, kMaxBlocks> behind_px;  ///< how far inside the edge the row behind the border begins
+  std::array<Lanes, kMaxBlocks> beyond_px;  ///< how far outside the edge the row beyond the ring begins
+  Plane value;                              ///< grey level
+  Plane weight;                             ///< 0 or 1
+  Plane behind;  ///< share of the outer colour in the row behind, at this place along the edge, blurred
+  Plane beyond;  ///< the same beyond the ring outside, less one; 0 where unknown
+  Plane inside;  ///< share of the blurred pixel inside both neighbouring edges
+};
+
+/// Reads the band around an edge. Pixels outside the image or the limits get weight 0. O(pixels).
+void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings& near,
+               const BandLimits& limits, double blur_px, Band& band);
+
+inline constexpr int kOwn = 4;     ///< parameters an edge has to itself
+inline constexpr int kCommon = 3;  ///< parameters the edges of a tag nearly share
+
+using EdgeVector = Eigen::Matrix<double, kParameters, 1>;
+using EdgeMatrix = Eigen::Matrix<double, kParameters, kParameters>;
+
+/// Least squares around one parameter vector: sum of w (r - J dx)^2 with J the derivative of the model.
+struct NormalEquations {
+  EdgeMatrix information = EdgeMatrix::Zero();  ///< sum of w J^T J
+  EdgeVector gradient = EdgeVector::Zero();     ///< sum of w J^T r
+  double cost = 0;                              ///< sum of w r^2 [grey level^2]
+  double flat_cost = 0;    ///< the part of cost from pixels that hardly change when the edge moves
+  double flat_pixels = 0;  ///< the number of those pixels
+  /// How much the flat pixels say about light that grows along the edge, t from -1 to 1 [grey level^2].
+  double light_information = 0;  ///< sum of w (I t)^2 with I the model
+  double light_gradient = 0;     ///< sum of w I t r
+
+  [[nodiscard]] double pixels() const { return information(kInnerLevel, kInnerLevel); }  ///< that count
+};
+
+/// Sum of w r^2 of each slice, by blocks.
+using SliceCosts = std::array<Lanes, kMaxBlocks>;
+
+/// Compares a band with the model of a blurred edge and its surroundings,
+///
+///     I(d) = inner + step f(d) + beyond h(d),    z = (d - shift) / blur,    shift = own displacement at this
+///     place f = 1 - inside Phi(-z) + behind Phi(-z - behind_px / blur) + beyond Phi(z - beyond_px / blur) h
+///     = Phi(z - beyond_px / blur)              where what lies beyond is not printed with the tag, else 0
+///
+/// A pixel at the end of the scale counts only while the model stays within it: beyond, it says no more than
+/// that (as in Tobin, "Estimation of relationships for limited dependent variables", Econometrica 26, 1958).
+///
+/// All of it in light that grows along the edge: grey levels are (1 + light t) times these, t from -1 to 1.
+///
+/// d is the signed distance from the edge, Phi the normal distribution function; behind, beyond, inside are
+/// as in Band. O(pixels).
+[[nodiscard]] NormalEquations linearize(const Band& band, const EdgeVector& parameters, double light,
+                                        SliceCosts& costs, SumEdge sum_edge = quickest_sum_edge());
+
+}  // namespace waymark::refinement

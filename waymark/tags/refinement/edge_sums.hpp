@@ -1,0 +1,313 @@
+#pragma once
+
+// No Eigen here: what includes this may be compiled for a newer processor than the rest of the program, and
+// an inline function of a library, compiled so, must not become the one the whole program uses.
+
+namespace waymark::refinement {
+
+/// Values handled side by side. L is a type of kLanes floats with the operators and members of Eigen's
+/// arrays: `Lanes` (lanes.hpp) everywhere, `Avx2Lanes` (avx2_lanes.hpp) where the processor has AVX2.
+inline constexpr int kLanes = 8;
+
+/// kLanes floats from and to memory, of any alignment.
+template <class L>
+L load(const float* lanes);
+template <class L>
+void store(const L& lanes, float* to);
+
+/// 1 where x > 0, else 0; x must be finite and either 0 or no smaller than 1e-20. Written without select(),
+/// which Eigen 3.4 does lane by lane.
+template <class L>
+[[gnu::always_inline]] inline L positive(const L& x) {
+  return (1e20F * x).max(0.0F).min(1.0F);
+}
+
+/// -1, 0 or 1.
+template <class L>
+[[gnu::always_inline]] inline L sign(const L& x) {
+  return (1e20F * x).max(-1.0F).min(1.0F);
+}
+
+/// Standard normal distribution function and density at the same place.
+template <class L>
+struct NormalLanes {
+  L cdf;
+  L pdf;
+};
+
+/// |error| of both < 3e-5, a hundredth of a grey level at full contrast. exp(-z^2/2) is the 16th power of a
+/// polynomial interpolating exp(-x) at the Chebyshev nodes of [0, 36/32]; the tail is Abramowitz and Stegun,
+/// "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both stay as they are there, so that squares
+/// of densities stay normal numbers.
+template <class L>
+[[gnu::always_inline]] inline NormalLanes<L> normal_lanes(const L& z) {
+  const L a = z.abs().min(6.0F);
+  const L x = 0.03125F * a.square();
+  L power = 0.999999142F +
+            x * (-0.999944949F +
+                 x * (0.499422111F + x * (-0.164419186F + x * (0.0376248759F - 0.00480211186F * x))));
+  power = power.square();
+  power = power.square();
+  power = power.square();
+  const L pdf = 0.39894228F * power.square();
+  const L t = (1.0F + 0.33267F * a).inverse();
+  const L tail = pdf * t * (0.4361836F + t * (-0.1201676F + 0.9372980F * t));
+  return {0.5F + sign<L>(z) * (0.5F - tail), pdf};
+}
+
+/// A cheap distribution function of nearly the same shape, for what is small anyway: its density is (1 -
+/// (z/a)^2)^5 with variance 1. Differs from the normal one by less than 0.012.
+template <class L>
+[[gnu::always_inline]] inline L bell_cdf(const L& z) {
+  constexpr float kReach = 3.6055513F;  // a = sqrt(13)
+  const L y = ((1.0F / kReach) * z).max(-1.0F).min(1.0F);
+  const L y2 = y.square();
+  return 0.5F +
+         y * (1.35351563F +
+              y2 * (-2.25585938F +
+                    y2 * (2.70703125F + y2 * (-1.93359375F + y2 * (0.751953125F - 0.123046875F * y2)))));
+}
+
+}  // namespace waymark::refinement
+
+// The sums of least squares over a band, written once for every type of lanes (lane_math.hpp). No Eigen here.
+#include <cstddef>
+
+#include "waymark/tags/lane_math.hpp"
+
+namespace waymark::refinement {
+
+/// Parameters of one edge. The first four belong to the edge alone; the last three are nearly the same for
+/// all edges of a tag.
+enum Parameter : int {
+  kFrom,    ///< [px] outward displacement of the edge at its first corner
+  kTo,      ///< [px] at its second corner
+  kBend,    ///< [px] outward bulge halfway between
+  kBeyond,  ///< [grey level] step from the ring outside the border to what lies beyond it, where not printed
+  kInnerLevel,  ///< [grey level] of the border
+  kStep,        ///< [grey level] from the border to the ring outside it
+  kLogBlur,     ///< ln of the blur's standard deviation in pixels
+  kParameters
+};
+
+/// Grey levels at or beyond these are what the sensor could not show.
+inline constexpr float kDarkest = 1.0F;
+inline constexpr float kBrightest = 253.0F;
+
+/// The parameters at which the model is developed.
+struct EdgePoint {
+  float from, to, bend, beyond, inner, step, inverse_blur;
+  float light;  ///< grey levels are (1 + light t) times the model's, t from -1 to 1
+  float
+      flat_shift;  ///< a pixel whose derivative by the displacement is smaller counts as flat [grey level/px]
+};
+
+/// A Band as rows of kLanes floats: one row a block of slices, or `depth` rows in `max_depth`.
+struct BandRows {
+  int blocks, depth, max_depth;
+  float step_px;
+  bool cells_matter, beyond_known, clipped;
+  const float *along, *first_px, *behind_px, *beyond_px;
+  const float *value, *weight, *behind, *beyond, *inside;
+};
+
+/// As NormalEquations (edge_model.hpp); of the information the upper triangle.
+struct EdgeSums {
+  float information[kParameters][kParameters];
+  float gradient[kParameters];
+  float cost, flat_cost, flat_pixels, light_information, light_gradient;
+};
+
+/// Sums over the pixels of a band; `costs` gets `blocks` rows of kLanes, the cost of each slice. O(pixels).
+using SumEdge = EdgeSums (*)(const BandRows& band, const EdgePoint& x, float* costs);
+[[nodiscard]] EdgeSums sum_edge_portable(const BandRows& band, const EdgePoint& x, float* costs);
+/// Where the program was built for x86-64; for processors with AVX2 and FMA.
+[[nodiscard]] EdgeSums sum_edge_avx2(const BandRows& band, const EdgePoint& x, float* costs);
+/// The quickest of them that this processor can run.
+[[nodiscard]] SumEdge quickest_sum_edge();
+
+namespace sums {
+
+/// The model and its derivatives at the same pixel of several slices. The derivative by the displacement is
+/// `shift`; how it splits into kFrom, kTo and kBend depends on the slice alone.
+template <class L>
+struct Prediction {
+  L f, h;         ///< derivatives by kStep and kBeyond
+  L shift, blur;  ///< derivatives by displacement and kLogBlur
+};
+
+template <bool kCells, class L>
+[[gnu::always_inline]] inline Prediction<L> predict(const BandRows& band, const EdgePoint& x, std::size_t b,
+                                                    std::size_t row, const L& distance_px) {
+  const L z = distance_px * x.inverse_blur;
+  const NormalLanes<L> edge = normal_lanes<L>(z);
+  if constexpr (!kCells) {
+    const L slope = -x.step * edge.pdf;
+    return {edge.cdf, L::Zero(), x.inverse_blur * slope, slope * z};
+  } else {
+    const L z_behind = (-distance_px - load<L>(band.behind_px + b * kLanes)) * x.inverse_blur;
+    const L z_beyond = (distance_px - load<L>(band.beyond_px + b * kLanes)) * x.inverse_blur;
+    const NormalLanes<L> behind = normal_lanes<L>(z_behind);
+    const NormalLanes<L> beyond = normal_lanes<L>(z_beyond);
+    const L inside = load<L>(band.inside + row);
+    const L row_behind = load<L>(band.behind + row);
+    const L row_beyond = load<L>(band.beyond + row);
+    const float unknown = band.beyond_known ? 0.0F : 1.0F;
+    // Slopes by distance, in units of 1 / blur.
+    const L edge_slope = x.step * (inside * edge.pdf);
+    const L behind_slope = x.step * (row_behind * behind.pdf);
+    const L beyond_slope = (x.step * row_beyond + unknown * x.beyond) * beyond.pdf;
+    return {1.0F - inside * (1.0F - edge.cdf) + row_behind * behind.cdf + row_beyond * beyond.cdf,
+            unknown * beyond.cdf, -x.inverse_blur * (edge_slope - behind_slope + beyond_slope),
+            -(edge_slope * z + behind_slope * z_behind + beyond_slope * z_beyond)};
+  }
+}
+
+/// Sums over all pixels, by lanes. Pairs of derivatives are numbered as in EdgeSums.
+template <class L>
+struct LaneSums {
+  L information[kParameters][kParameters];
+  L gradient[kParameters];
+  L cost = L::Zero(), flat_cost = L::Zero(), flat_pixels = L::Zero();
+  L light_information = L::Zero(), light_gradient = L::Zero();
+  LaneSums() {
+    for (int i = 0; i < kParameters; ++i) {
+      gradient[i] = L::Zero();
+      for (int k = 0; k < kParameters; ++k) information[i][k] = L::Zero();
+    }
+  }
+};
+
+/// Sums over the pixels of one block of slices that still lack the share of kFrom, kTo and kBend.
+template <class L>
+struct BlockSums {
+  L shift_shift = L::Zero(), shift_beyond = L::Zero(), shift_inner = L::Zero();
+  L shift_step = L::Zero(), shift_blur = L::Zero(), shift_residual = L::Zero();
+};
+
+template <class L>
+[[gnu::always_inline]] inline void add_block(const BlockSums<L>& block, const L& along, LaneSums<L>& sums) {
+  const L share[] = {0.5F * (1.0F - along), 0.5F * (1.0F + along), 1.0F - along.square()};
+  for (int i = 0; i < 3; ++i) {
+    L* row = sums.information[i];
+    const L weighted = block.shift_shift * share[i];
+    for (int k = i; k < 3; ++k) row[k] += weighted * share[k];
+    row[kBeyond] += block.shift_beyond * share[i];
+    row[kInnerLevel] += block.shift_inner * share[i];
+    row[kStep] += block.shift_step * share[i];
+    row[kLogBlur] += block.shift_blur * share[i];
+    sums.gradient[i] += block.shift_residual * share[i];
+  }
+}
+
+template <bool kCells, class L>
+[[gnu::always_inline]] inline void add_pixels(const Prediction<L>& p, const L& weight, const L& residual,
+                                              BlockSums<L>& block, LaneSums<L>& sums) {
+  const L w_shift = weight * p.shift;
+  const L w_f = weight * p.f;
+  const L w_blur = weight * p.blur;
+  const L w_residual = weight * residual;
+  block.shift_shift += w_shift * p.shift;
+  block.shift_inner += w_shift;
+  block.shift_step += w_shift * p.f;
+  block.shift_blur += w_shift * p.blur;
+  block.shift_residual += w_shift * residual;
+  auto& information = sums.information;
+  information[kInnerLevel][kInnerLevel] += weight;
+  information[kInnerLevel][kStep] += w_f;
+  information[kInnerLevel][kLogBlur] += w_blur;
+  information[kStep][kStep] += w_f * p.f;
+  information[kStep][kLogBlur] += w_f * p.blur;
+  information[kLogBlur][kLogBlur] += w_blur * p.blur;
+  sums.gradient[kInnerLevel] += w_residual;
+  sums.gradient[kStep] += w_f * residual;
+  sums.gradient[kLogBlur] += w_blur * residual;
+  if constexpr (kCells) {
+    const L w_h = weight * p.h;
+    block.shift_beyond += w_shift * p.h;
+    information[kBeyond][kBeyond] += w_h * p.h;
+    information[kBeyond][kInnerLevel] += w_h;
+    information[kBeyond][kStep] += w_h * p.f;
+    information[kBeyond][kLogBlur] += w_h * p.blur;
+    sums.gradient[kBeyond] += w_h * residual;
+  }
+}
+
+/// 0 where the model is beyond an end of the scale and the pixel agrees, else 1. The pixel need not be quite
+/// at the end: to count the low half of the noise there and not the high one would pull the level down.
+template <class L>
+[[gnu::always_inline]] inline L within_scale(const L& value, const L& predicted) {
+  constexpr float kNoise = 12.0F;
+  const L dark = positive<L>(kDarkest + kNoise - value) * positive<L>(kDarkest - predicted);
+  const L bright = positive<L>(value - (kBrightest - kNoise)) * positive<L>(predicted - kBrightest);
+  return 1.0F - dark - bright;
+}
+
+template <bool kCells, bool kClipped, class L>
+void sum_up(const BandRows& band, const EdgePoint& x, float* costs, LaneSums<L>& sums) {
+  for (std::size_t b = 0; b < static_cast<std::size_t>(band.blocks); ++b) {
+    const L along = load<L>(band.along + b * kLanes);
+    const L shift =
+        0.5F * (x.from + x.to) + 0.5F * (x.to - x.from) * along + x.bend * (1.0F - along.square());
+    const L inverse_light = L(1.0F + x.light * along).inverse();
+    BlockSums<L> block;
+    L cost = L::Zero();
+    L flat_light = L::Zero();
+    L flat_residual = L::Zero();
+    L distance_px = load<L>(band.first_px + b * kLanes) - shift;
+    const std::size_t rows = b * static_cast<std::size_t>(band.max_depth) * kLanes;
+    for (int j = 0; j < band.depth; ++j, distance_px += L::Constant(band.step_px)) {
+      const std::size_t row = rows + static_cast<std::size_t>(j) * kLanes;
+      const Prediction<L> p = predict<kCells, L>(band, x, b, row, distance_px);
+      L predicted = x.inner + x.step * p.f;
+      if constexpr (kCells) predicted += x.beyond * p.h;
+      const L value = load<L>(band.value + row);
+      L weight = load<L>(band.weight + row);
+      if constexpr (kClipped) weight *= within_scale<L>(value, predicted);
+      const L residual = inverse_light * value - predicted;
+      add_pixels<kCells, L>(p, weight, residual, block, sums);
+      const L square = weight * residual.square();
+      const L flat = positive<L>(x.flat_shift - p.shift.abs());
+      sums.flat_cost += flat * square;
+      const L flat_weight = flat * weight;
+      const L flat_level = flat_weight * predicted;
+      sums.flat_pixels += flat_weight;
+      if constexpr (!kCells) {  // amid other cells no pixel is flat enough to tell light by
+        flat_light += flat_level * predicted;
+        flat_residual += flat_level * residual;
+      }
+      cost += square;
+    }
+    add_block<L>(block, along, sums);
+    sums.light_information += along.square() * flat_light;
+    sums.light_gradient += along * flat_residual;
+    sums.cost += cost;
+    store<L>(cost, costs + b * kLanes);
+  }
+}
+
+template <class L>
+EdgeSums sum_edge(const BandRows& band, const EdgePoint& x, float* costs) {
+  LaneSums<L> lanes;
+  if (band.cells_matter) {
+    band.clipped ? sum_up<true, true, L>(band, x, costs, lanes)
+                 : sum_up<true, false, L>(band, x, costs, lanes);
+  } else {
+    band.clipped ? sum_up<false, true, L>(band, x, costs, lanes)
+                 : sum_up<false, false, L>(band, x, costs, lanes);
+  }
+  EdgeSums sums{};
+  for (int i = 0; i < kParameters; ++i) {
+    for (int k = i; k < kParameters; ++k) sums.information[i][k] = lanes.information[i][k].sum();
+    sums.gradient[i] = lanes.gradient[i].sum();
+  }
+  sums.cost = lanes.cost.sum();
+  sums.flat_cost = lanes.flat_cost.sum();
+  sums.flat_pixels = lanes.flat_pixels.sum();
+  sums.light_information = lanes.light_information.sum();
+  sums.light_gradient = lanes.light_gradient.sum();
+  return sums;
+}
+
+}  // namespace sums
+}  // namespace waymark::refinement
