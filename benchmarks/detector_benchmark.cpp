@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 
 #include "waymark/simulation/render/photograph.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 namespace waymark {
 namespace {

@@ -23,9 +23,10 @@
 #include "tests/support/degraded_tags.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/evaluation/detections.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
+#include "waymark/tags/detector/waymark_detector.hpp"
 #include "waymark/tags/tag_finder.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+
 #ifdef WAYMARK_OPENCV_ARUCO
 #include <opencv2/aruco.hpp>
 #endif

@@ -25,8 +25,8 @@
 #include "waymark/robots/simulated/detecting_camera.hpp"
 #include "waymark/robots/simulated/simulated_robot.hpp"
 #include "waymark/simulation/world/world.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark {
 namespace {

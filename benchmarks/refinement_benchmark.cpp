@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "waymark/simulation/render/photograph.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark {
 namespace {

@@ -13,7 +13,7 @@
 #include "waymark/simulation/render/photograph.hpp"
 #include "waymark/simulation/render/scene_camera.hpp"
 #include "waymark/simulation/world/world.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 namespace waymark {
 namespace {

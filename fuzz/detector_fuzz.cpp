@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/tag_search.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
+#include "waymark/tags/detector/tag_search.hpp"
 
 namespace {
 

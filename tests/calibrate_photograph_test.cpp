@@ -9,7 +9,7 @@
 
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/simulation/render/photograph.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/draw_tag.hpp"
-#include "waymark/tags/tag_search.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/detector/tag_search.hpp"
+#include "waymark/tags/detector/waymark_detector.hpp"
 
 namespace {
 

@@ -17,7 +17,7 @@
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/evaluation/detections.hpp"
 #include "waymark/samples/tag_detection.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 namespace waymark {
 namespace {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The kernels for NEON give what the portable ones give: plane_kernels_test.cpp and run_components_test.cpp, compiled for 64-bit ARM by
+"""The kernels for NEON give what the portable ones give: plane_kernels_test.cpp and components_test.cpp, compiled for 64-bit ARM by
 Debian's cross compiler and run by qemu-user. Only what they test is compiled. Runs where WAYMARK_FULL is set.
 
 usage: neon_kernels_test.py SOURCE_FOLDER
@@ -16,7 +16,7 @@ import installed  # noqa: E402
 SKIPPED = 77
 COMPILER, EMULATOR = "aarch64-linux-gnu-g++", "qemu-aarch64"
 GTEST = pathlib.Path("/usr/src/googletest/googletest")  # of Debian's package googletest
-TAGS = ["plane_kernels.cpp", "plane_kernels_neon.cpp", "run_components.cpp", "plane_kernels_test.cpp", "run_components_test.cpp"]
+DETECTOR = ["plane_kernels.cpp", "plane_kernels_neon.cpp", "components.cpp", "plane_kernels_test.cpp", "components_test.cpp"]
 
 
 def main():
@@ -30,7 +30,7 @@ def main():
         program = pathlib.Path(folder) / "neon_kernels"
         words = [COMPILER, "-std=c++20", "-O2", "-static", f"-I{source}", f"-I{GTEST}", f"-I{GTEST}/include",
                  f"{GTEST}/src/gtest-all.cc", f"{GTEST}/src/gtest_main.cc", str(source / "waymark/base/random.cpp")]
-        words += [str(source / "waymark/tags" / name) for name in TAGS] + ["-o", str(program)]
+        words += [str(source / "waymark/tags/detector" / name) for name in DETECTOR] + ["-o", str(program)]
         subprocess.run(words, check=True)
         done = subprocess.run([EMULATOR, str(program)], capture_output=True, text=True)
         print(done.stdout, done.stderr)

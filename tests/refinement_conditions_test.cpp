@@ -15,8 +15,8 @@
 
 #include "tests/support/camera_chain.hpp"
 #include "tests/support/corner_table.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark {
 namespace {

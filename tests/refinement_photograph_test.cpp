@@ -12,7 +12,7 @@
 
 #include "tests/support/corner_table.hpp"
 #include "waymark/simulation/render/photograph.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark {
 namespace {

@@ -13,8 +13,8 @@
 #include "tests/support/data.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/evaluation/detections.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark {
 namespace {

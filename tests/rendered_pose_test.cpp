@@ -15,7 +15,7 @@
 #include "waymark/geometry/lie.hpp"
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/simulation/render/photograph.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {

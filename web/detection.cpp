@@ -14,8 +14,8 @@
 #include <fmt/format.h>
 
 #include "answer.hpp"
-#include "waymark/tags/refinement.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/detector/waymark_detector.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark::web {
 namespace {

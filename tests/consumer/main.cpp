@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include <waymark/image/image.hpp>
-#include <waymark/tags/apriltag_detector.hpp>
+#include <waymark/tags/apriltag3/apriltag_detector.hpp>
 
 int main() {
   const auto detector = waymark::make_apriltag_detector({});

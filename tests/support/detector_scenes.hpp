@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/draw_tag.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 namespace waymark::testing {
 

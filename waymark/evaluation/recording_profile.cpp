@@ -282,7 +282,7 @@ double commanded_rad(const std::vector<StampedCommand>& commands, std::size_t& a
 std::optional<double> turn_response(const std::vector<StampedCommand>& commands, const Trajectory& trajectory,
                                     double delay_s) {
   constexpr Duration kWindow = std::chrono::milliseconds(500);
-  constexpr int kFewest = 20;
+  constexpr int kFewestWindows = 20;
   const double least_rad = to_radians(2);
   if (commands.empty() || trajectory.empty()) return std::nullopt;
   const auto delay = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(delay_s));
@@ -300,13 +300,13 @@ std::optional<double> turn_response(const std::vector<StampedCommand>& commands,
     square += asked_rad * asked_rad;
     windows += std::abs(asked_rad) >= least_rad ? 1 : 0;
   }
-  return windows < kFewest ? std::nullopt : std::optional(product / square);
+  return windows < kFewestWindows ? std::nullopt : std::optional(product / square);
 }
 
 std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames, const TagMap& map,
                                              const SE3& base_T_cam, const Trajectory& trajectory,
                                              double share) {
-  constexpr std::size_t kFewest = 50;
+  constexpr std::size_t kFewestObservations = 50;
   std::vector<double> distances_m;
   for (const TagFrame& frame : frames) {
     const auto map_T_base = pose_at(trajectory, frame.stamp, kMostGap);
@@ -317,7 +317,7 @@ std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames
       if (tag != nullptr) distances_m.push_back((tag->map_T_tag.translation() - eye).norm());
     }
   }
-  if (distances_m.size() < kFewest) return std::nullopt;
+  if (distances_m.size() < kFewestObservations) return std::nullopt;
   return quantile(std::move(distances_m), share);
 }
 

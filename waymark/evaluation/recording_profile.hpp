@@ -9,8 +9,9 @@
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// What a recording sounds like, without any truth: rates, gaps, noises, speeds. The same measure for a real
-/// recording and for a simulated one.
+/// What a recording sounds like, without any truth: rates, gaps, noises, speeds; with a map and a trajectory
+/// also how the robot turns and how far the camera sees. The same measure for a real recording and for a
+/// simulated one.
 namespace waymark {
 
 /// A stream of samples of one kind.

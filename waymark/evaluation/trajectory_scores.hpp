@@ -53,10 +53,8 @@ struct Alignment {
 /// than three pairs or positions that do not spread enough to tell a rotation. O(pairs).
 [[nodiscard]] Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind);
 
-}  // namespace waymark
+// How far a trajectory is from a path that is known without times: a tape on the floor, a route.
 
-/// How far a trajectory is from a path that is known without times: a tape on the floor, a route.
-namespace waymark {
 
 /// Corners of a path on the floor, joined by straight lines [m].
 struct FloorPath {
@@ -79,10 +77,8 @@ struct PathScores {
 /// The way of a trajectory, a corner each `step_m` or more.
 [[nodiscard]] FloorPath floor_path(const Trajectory& trajectory, double step_m);
 
-}  // namespace waymark
+// How good a trajectory is against another that is known at each time.
 
-/// How good a trajectory is against another that is known at each time.
-namespace waymark {
 
 struct TrajectoryScoreOptions {
   double rpe_delta_s = 1;

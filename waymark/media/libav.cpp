@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/modules/shared_library.hpp"
+#include "waymark/modules/load_module.hpp"
 
 namespace waymark::internal {
 namespace {

@@ -1,22 +1,501 @@
 #include "waymark/media/video_reader.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <string>
 #include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
-#include "waymark/media/video_problems.hpp"
+#include "waymark/media/video_format.hpp"
 
 #ifdef WAYMARK_HAVE_LIBAV
-#include "waymark/media/luma_plane.hpp"
-#include "waymark/media/video_stream.hpp"
+#include "waymark/media/libav.hpp"
+
+namespace waymark::internal {
+
+/// Problems of one video, one entry a kind.
+class VideoProblems {
+ public:
+  explicit VideoProblems(std::string source) : source_(std::move(source)) {}
+
+  /// Counts it; the first of a kind keeps its words and place.
+  void add(const std::string& key, ErrorCode code, const std::string& message,
+           std::optional<std::int64_t> byte = {}, const std::string& hint = {});
+  /// At the end of a file of `size_bytes`: that its pictures, or its packets, end before the time it says.
+  void add_end(const VideoInfo& info, Duration last_picture, Duration last_packet, std::int64_t size_bytes);
+  /// That players turn the pictures.
+  void add_rotation(const VideoInfo& info);
+  [[nodiscard]] const std::vector<VideoProblem>& all() const { return all_; }
+  [[nodiscard]] const std::string& source() const { return source_; }
+
+ private:
+  std::string source_;
+  std::vector<VideoProblem> all_{};
+};
+
+void VideoProblems::add(const std::string& key, ErrorCode code, const std::string& message,
+                        std::optional<std::int64_t> byte, const std::string& hint) {
+  const auto known = std::ranges::find(all_, key, &VideoProblem::key);
+  if (known != all_.end()) {
+    ++known->count;
+    return;
+  }
+  all_.push_back({key, Error{code, message, {.source = source_, .byte = byte}, hint}, 1});
+}
+
+void VideoProblems::add_end(const VideoInfo& info, Duration last_picture, Duration last_packet,
+                            std::int64_t size_bytes) {
+  constexpr double kTolerance_s = 0.5;  // sound may last longer than the pictures
+  const double rate_hz = info.mean_rate_hz.value_or(25);
+  double expected_s = info.duration ? to_seconds(*info.duration) : 0;
+  if (info.frames) expected_s = std::max(expected_s, static_cast<double>(*info.frames) / rate_hz);
+  const double missing_s = std::max(kTolerance_s, 2 / rate_hz);
+  if (expected_s - to_seconds(last_picture) <= missing_s) return;
+  if (expected_s - to_seconds(std::max(last_picture, last_packet)) > missing_s)
+    add("video.truncated", ErrorCode::Unreadable,
+        fmt::format("the pictures end at {:.3f} s of {:.3f} s", to_seconds(last_picture), expected_s),
+        size_bytes, "The file was cut short, or its end is damaged: copy it again.");
+  else
+    add("video.no_whole_picture", ErrorCode::Unreadable,
+        fmt::format("no picture between {:.3f} s and the end at {:.3f} s is whole", to_seconds(last_picture),
+                    expected_s),
+        {},
+        "They are predicted from what is damaged. Copy the file again; a video with more key frames loses "
+        "less.");
+}
+
+void VideoProblems::add_rotation(const VideoInfo& info) {
+  if (info.rotation_deg == 0) return;
+  add("video.rotated", ErrorCode::Unsupported,
+      fmt::format(
+          "has a rotation flag: players turn its pictures {:g} degrees clockwise; here pixels are taken "
+          "as they are stored",
+          info.rotation_deg),
+      {}, "Calibrate the camera with pictures that are stored the same way.");
+}
+
+namespace {
+
+/// "12.345 s".
+std::string in_seconds(Duration since_start) { return fmt::format("{:.3f} s", to_seconds(since_start)); }
+
+/// One component of one row, as eight bits.
+class Component {
+ public:
+  Component(const AVFrame& frame, const AVPixFmtDescriptor& format, std::size_t which)
+      : from_(format.comp[which]),
+        data_(frame.data[from_.plane]),
+        stride_(frame.linesize[from_.plane]),
+        big_endian_((format.flags & AV_PIX_FMT_FLAG_BE) != 0) {}
+
+  [[nodiscard]] bool plain() const { return from_.depth == 8 && from_.shift == 0; }
+  [[nodiscard]] const std::uint8_t* row(int y) const {
+    return data_ + static_cast<std::ptrdiff_t>(y) * stride_ + from_.offset;
+  }
+  [[nodiscard]] std::uint8_t at(int x, int y) const {
+    const std::uint8_t* sample = row(y) + static_cast<std::ptrdiff_t>(x) * from_.step;
+    if (from_.depth + from_.shift <= 8) return scaled(static_cast<unsigned>(*sample) >> from_.shift);
+    const unsigned word = big_endian_ ? static_cast<unsigned>(sample[0] << 8 | sample[1])
+                                      : static_cast<unsigned>(sample[1] << 8 | sample[0]);
+    return scaled(word >> from_.shift);
+  }
+
+ private:
+  [[nodiscard]] std::uint8_t scaled(unsigned value) const {
+    value &= (1U << from_.depth) - 1;
+    if (from_.depth >= 8) return static_cast<std::uint8_t>(value >> (from_.depth - 8));
+    return static_cast<std::uint8_t>(value * 255 / ((1U << from_.depth) - 1));
+  }
+
+  AVComponentDescriptor from_;
+  const std::uint8_t* data_;
+  std::ptrdiff_t stride_;
+  bool big_endian_;
+};
+
+void fill_grey(const AVFrame& frame, const AVPixFmtDescriptor& format, Image& storage) {
+  const Component luma(frame, format, 0);
+  const bool whole_rows = luma.plain() && format.comp[0].step == 1;
+  for (int y = 0; y < frame.height; ++y) {
+    std::uint8_t* to = storage.row(y);
+    if (whole_rows)
+      std::memcpy(to, luma.row(y), static_cast<std::size_t>(frame.width));
+    else
+      for (int x = 0; x < frame.width; ++x) to[x] = luma.at(x, y);
+  }
+}
+
+void fill_from_rgb(const AVFrame& frame, const AVPixFmtDescriptor& format, Image& storage) {
+  const Component r(frame, format, 0), g(frame, format, 1), b(frame, format, 2);
+  for (int y = 0; y < frame.height; ++y) {
+    std::uint8_t* to = storage.row(y);
+    for (int x = 0; x < frame.width; ++x) {
+      const unsigned grey = 299U * r.at(x, y) + 587U * g.at(x, y) + 114U * b.at(x, y);
+      to[x] = static_cast<std::uint8_t>((grey + 500) / 1000);
+    }
+  }
+}
+
+/// The luma of a decoded picture: its own plane where that has eight bits and rows in order, else converted
+/// into `storage` (deeper samples rounded down to eight bits, packed ones taken apart, RGB by Rec. 601).
+/// Unsupported: palettes, Bayer patterns, floating point, pictures in the memory of a graphics card.
+Result<ImageView> luma_of(const Libav& av, const AVFrame& frame, Image& storage) {
+  const AVPixFmtDescriptor* format = av.av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
+  constexpr std::uint64_t kUnknown = AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_BITSTREAM |
+                                     AV_PIX_FMT_FLAG_HWACCEL | AV_PIX_FMT_FLAG_BAYER | AV_PIX_FMT_FLAG_FLOAT;
+  if (format == nullptr || (format->flags & kUnknown) != 0 || format->nb_components < 1 ||
+      format->comp[0].depth > 16)
+    return fail(ErrorCode::Unsupported, fmt::format("pictures of pixel format {} are not read",
+                                                    format == nullptr ? "unknown" : format->name));
+  if (frame.width <= 0 || frame.height <= 0 || frame.data[0] == nullptr)
+    return fail(ErrorCode::Unreadable, "a picture without pixels");
+  const bool rgb = (format->flags & AV_PIX_FMT_FLAG_RGB) != 0 && format->nb_components >= 3;
+  const AVComponentDescriptor& luma = format->comp[0];
+  const bool as_it_lies = !rgb && luma.depth == 8 && luma.shift == 0 && luma.step == 1 && luma.offset == 0 &&
+                          frame.linesize[luma.plane] >= frame.width;
+  if (as_it_lies)
+    return ImageView{frame.data[luma.plane], frame.width, frame.height, frame.linesize[luma.plane]};
+  if (storage.width() != frame.width || storage.height() != frame.height)
+    storage = Image(frame.width, frame.height);
+  if (rgb)
+    fill_from_rgb(frame, *format, storage);
+  else
+    fill_grey(frame, *format, storage);
+  return storage.view();
+}
+
+}  // namespace
+
+/// The bytes of a video and how libavformat reads them: from one file or from memory, nothing else.
+class VideoInput {
+ public:
+  /// NotFound, Unreadable (folder, empty, no permission), Unsupported (pipe, device).
+  [[nodiscard]] static Result<std::unique_ptr<VideoInput>> of_file(const Libav& av,
+                                                                   const std::filesystem::path& path);
+  [[nodiscard]] static Result<std::unique_ptr<VideoInput>> of_bytes(const Libav& av,
+                                                                    std::span<const std::uint8_t> bytes);
+  VideoInput(const VideoInput&) = delete;
+  VideoInput& operator=(const VideoInput&) = delete;
+  ~VideoInput();
+
+  [[nodiscard]] AVIOContext* context() const { return context_; }
+  [[nodiscard]] std::int64_t size_bytes() const { return size_; }
+  /// Where reading stands; the farthest byte that was asked for.
+  [[nodiscard]] std::int64_t at() const { return at_; }
+  /// The first bytes, at most 400.
+  [[nodiscard]] std::span<const std::uint8_t> head() const { return head_; }
+
+ private:
+  explicit VideoInput(const Libav& av) : av_(av) {}
+  [[nodiscard]] Status prepare();
+  static int read(void* self, std::uint8_t* to, int size);
+  static std::int64_t seek(void* self, std::int64_t offset, int whence);
+
+  const Libav& av_;
+  int file_ = -1;
+  std::span<const std::uint8_t> bytes_{};
+  std::int64_t size_ = 0;
+  std::int64_t at_ = 0;
+  std::vector<std::uint8_t> head_{};
+  AVIOContext* context_ = nullptr;
+};
+
+namespace {
+
+constexpr int kBlock = 1 << 16;
+
+Status check_kind(const struct stat& about) {
+  if (S_ISDIR(about.st_mode))
+    return fail(ErrorCode::Unreadable, "is a folder, not a video", {}, "Name the video file in it.");
+  if (S_ISREG(about.st_mode)) return {};
+  const bool pipe = S_ISFIFO(about.st_mode) || S_ISSOCK(about.st_mode);
+  return fail(ErrorCode::Unsupported,
+              pipe ? "is a pipe; a video is read from a file" : "is a device; a video is read from a file",
+              {}, pipe ? "Write it to a file first: cat PIPE > walk.mp4" : "Record a video file first.");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<VideoInput>> VideoInput::of_file(const Libav& av, const std::filesystem::path& path) {
+  struct stat about {};
+  if (::stat(path.c_str(), &about) != 0)
+    return fail(errno == ENOENT ? ErrorCode::NotFound : ErrorCode::Unreadable,
+                fmt::format("cannot open: {}", std::strerror(errno)));
+  if (Status kind = check_kind(about); !kind) return tl::unexpected(kind.error());
+  std::unique_ptr<VideoInput> input(new VideoInput(av));
+  input->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (input->file_ < 0)
+    return fail(ErrorCode::Unreadable, fmt::format("cannot open: {}", std::strerror(errno)));
+  input->size_ = about.st_size;
+  if (Status ready = input->prepare(); !ready) return tl::unexpected(ready.error());
+  return input;
+}
+
+Result<std::unique_ptr<VideoInput>> VideoInput::of_bytes(const Libav& av,
+                                                         std::span<const std::uint8_t> bytes) {
+  std::unique_ptr<VideoInput> input(new VideoInput(av));
+  input->bytes_ = bytes;
+  input->size_ = static_cast<std::int64_t>(bytes.size());
+  if (Status ready = input->prepare(); !ready) return tl::unexpected(ready.error());
+  return input;
+}
+
+Status VideoInput::prepare() {
+  if (size_ == 0) return fail(ErrorCode::Unreadable, "is empty");
+  head_.resize(400);
+  const int got = read(this, head_.data(), static_cast<int>(head_.size()));
+  head_.resize(static_cast<std::size_t>(std::max(got, 0)));
+  at_ = 0;
+  auto* buffer = static_cast<unsigned char*>(av_.av_malloc(kBlock));
+  if (buffer == nullptr) return fail(ErrorCode::LimitExceeded, "not enough memory");
+  context_ = av_.avio_alloc_context(buffer, kBlock, 0, this, read, nullptr, seek);
+  if (context_ == nullptr) {
+    av_.av_free(buffer);
+    return fail(ErrorCode::LimitExceeded, "not enough memory");
+  }
+  return {};
+}
+
+VideoInput::~VideoInput() {
+  if (context_ != nullptr) {
+    av_.av_freep(static_cast<void*>(&context_->buffer));
+    av_.avio_context_free(&context_);
+  }
+  if (file_ >= 0) ::close(file_);
+}
+
+int VideoInput::read(void* opaque, std::uint8_t* to, int size) {
+  auto* self = static_cast<VideoInput*>(opaque);
+  const std::int64_t left = self->size_ - self->at_;
+  if (left <= 0 || size <= 0) return AVERROR_EOF;
+  const auto wanted = static_cast<std::size_t>(std::min<std::int64_t>(left, size));
+  if (self->file_ < 0) {
+    std::memcpy(to, self->bytes_.data() + self->at_, wanted);
+    self->at_ += static_cast<std::int64_t>(wanted);
+    return static_cast<int>(wanted);
+  }
+  ssize_t got = -1;
+  do {
+    got = ::pread(self->file_, to, wanted, self->at_);
+  } while (got < 0 && errno == EINTR);
+  if (got < 0) return AVERROR(errno);
+  if (got == 0) return AVERROR_EOF;  // it became shorter since
+  self->at_ += got;
+  return static_cast<int>(got);
+}
+
+std::int64_t VideoInput::seek(void* opaque, std::int64_t offset, int whence) {
+  auto* self = static_cast<VideoInput*>(opaque);
+  if ((whence & AVSEEK_SIZE) != 0) return self->size_;
+  switch (whence & ~AVSEEK_FORCE) {
+    case SEEK_SET:
+      break;
+    case SEEK_CUR:
+      offset += self->at_;
+      break;
+    case SEEK_END:
+      offset += self->size_;
+      break;
+    default:
+      return AVERROR(EINVAL);
+  }
+  if (offset < 0) return AVERROR(EINVAL);
+  self->at_ = offset;
+  return offset;
+}
+
+/// A file whose stream of pictures was found and whose decoder is open.
+struct VideoStream {
+  const Libav* av = nullptr;
+  std::unique_ptr<VideoInput> input{};
+  AVFormatContext* format = nullptr;
+  AVStream* stream = nullptr;
+  LibavPtr<AVCodecContext> codec{};
+  bool predicts = true;  ///< pictures are predicted from others
+  VideoInfo info{};
+
+  VideoStream() = default;
+  VideoStream(const VideoStream&) = delete;
+  VideoStream& operator=(const VideoStream&) = delete;
+  ~VideoStream();
+};
+
+namespace {
+
+/// In nanoseconds; nothing where there is no time, or an absurd one.
+std::optional<Duration> time_of(const Libav& av, std::int64_t ticks, AVRational time_base) {
+  if (ticks == AV_NOPTS_VALUE || time_base.num <= 0 || time_base.den <= 0) return std::nullopt;
+  constexpr AVRational kNanoseconds = {1, 1'000'000'000};
+  constexpr std::int64_t kFarthest = 1'000'000'000'000'000'000;  // 30 years
+  const std::int64_t ns = av.av_rescale_q(ticks, time_base, kNanoseconds);
+  if (ns < -kFarthest || ns > kFarthest) return std::nullopt;
+  return Duration(ns);
+}
+
+// Containers of videos. Not among them: play lists and others that name further files, pictures, and what is
+// read from networks and devices.
+constexpr const char* kContainers =
+    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,h264,hevc,mjpeg,ivf,obu,m4v,flv,ogg,wav,mp3,aac,"
+    "flac";
+
+/// Files may name others; those are not opened.
+int open_nothing(AVFormatContext* /*context*/, AVIOContext** opened, const char* /*url*/, int /*flags*/,
+                 AVDictionary** /*options*/) {
+  *opened = nullptr;
+  return AVERROR(EPERM);
+}
+
+tl::unexpected<Error> no_video(const VideoInput& input, const std::string& why) {
+  if (begins_as_video(input.head()))
+    return fail(
+        ErrorCode::Unreadable, "this video cannot be opened: " + why, {.byte = input.at()},
+        "Its index is missing or damaged, as when a recording was not finished or a copy was cut short: "
+        "record or copy it again.");
+  return fail(ErrorCode::Unreadable, "is no video that can be read: " + why, {},
+              "Read are mp4, mov, mkv, webm, avi and MPEG streams.");
+}
+
+Status open_container(VideoStream& video) {
+  const Libav& av = *video.av;
+  video.format = av.avformat_alloc_context();
+  if (video.format == nullptr) return fail(ErrorCode::LimitExceeded, "not enough memory");
+  video.format->pb = video.input->context();
+  video.format->flags |= AVFMT_FLAG_CUSTOM_IO;
+  video.format->io_open = open_nothing;
+  AVDictionary* options = nullptr;
+  av.av_dict_set(&options, "format_whitelist", kContainers, 0);
+  const int opened =
+      av.avformat_open_input(&video.format, nullptr, nullptr, &options);  // frees it when it fails
+  av.av_dict_free(&options);
+  if (opened < 0) return no_video(*video.input, words_of(av, opened));
+  const int known = av.avformat_find_stream_info(video.format, nullptr);
+  if (known < 0) return no_video(*video.input, words_of(av, known));
+  return {};
+}
+
+Status choose_stream(VideoStream& video) {
+  const int best = video.av->av_find_best_stream(video.format, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  const bool found = best >= 0;
+  if (found) video.stream = video.format->streams[best];
+  const bool cover = found && (video.stream->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0;
+  if (found && !cover) return {};
+  if (video.format->nb_streams == 0) return no_video(*video.input, "it holds no stream");
+  return fail(ErrorCode::Unreadable, "holds no moving pictures, only sound or text", {},
+              "Give the file with the pictures.");
+}
+
+Status open_decoder(VideoStream& video, const VideoReaderOptions& options) {
+  const Libav& av = *video.av;
+  const AVCodecParameters& coded = *video.stream->codecpar;
+  const AVCodec* decoder = av.avcodec_find_decoder(coded.codec_id);
+  const std::string name = av.avcodec_get_name(coded.codec_id);
+  if (decoder == nullptr)
+    return fail(ErrorCode::Unsupported, fmt::format("the installed libavcodec does not decode '{}'", name),
+                {}, "Convert it: ffmpeg -i VIDEO -c:v libx264 -crf 17 walk.mp4");
+  video.codec = LibavPtr<AVCodecContext>(av.avcodec_alloc_context3(decoder), {video.av});
+  if (!video.codec || av.avcodec_parameters_to_context(video.codec.get(), &coded) < 0)
+    return fail(ErrorCode::LimitExceeded, "not enough memory");
+  video.codec->pkt_timebase = video.stream->time_base;
+  video.codec->thread_count = options.threads;
+  // Between pictures, whether damage is noticed depends on which thread is first.
+  video.codec->thread_type = FF_THREAD_SLICE;
+  video.codec->max_pixels = options.max_pixels;
+  if (static_cast<std::int64_t>(coded.width) * coded.height > options.max_pixels)
+    return fail(ErrorCode::LimitExceeded, fmt::format("pictures of {} x {} pixels; the limit is {}",
+                                                      coded.width, coded.height, options.max_pixels));
+  const int opened = av.avcodec_open2(video.codec.get(), decoder, nullptr);
+  if (opened < 0)
+    return fail(ErrorCode::Unsupported,
+                fmt::format("'{}' cannot be decoded: {}", name, words_of(av, opened)));
+  const AVCodecDescriptor* about = av.avcodec_descriptor_get(coded.codec_id);
+  video.predicts = about == nullptr || (about->props & AV_CODEC_PROP_INTRA_ONLY) == 0;
+  return {};
+}
+
+/// The matrix by which a player moves the pictures.
+const std::int32_t* display_matrix(const AVStream& stream) {
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
+  for (int i = 0; i < stream.codecpar->nb_coded_side_data; ++i) {
+    const AVPacketSideData& data = stream.codecpar->coded_side_data[i];
+#else
+  for (int i = 0; i < stream.nb_side_data; ++i) {
+    const AVPacketSideData& data = stream.side_data[i];
+#endif
+    constexpr std::size_t kMatrix = 9 * sizeof(std::int32_t);
+    if (data.type == AV_PKT_DATA_DISPLAYMATRIX && data.size >= kMatrix)
+      return reinterpret_cast<const std::int32_t*>(data.data);
+  }
+  return nullptr;
+}
+
+double rotation_of(const Libav& av, const AVStream& stream) {
+  const std::int32_t* matrix = display_matrix(stream);
+  if (matrix == nullptr) return 0;
+  const double counterclockwise_deg = av.av_display_rotation_get(matrix);
+  if (!std::isfinite(counterclockwise_deg)) return 0;
+  const double clockwise = std::fmod(360 - counterclockwise_deg, 360);
+  return std::round(clockwise * 1e3) / 1e3;
+}
+
+void describe(VideoStream& video) {
+  const Libav& av = *video.av;
+  const AVStream& stream = *video.stream;
+  VideoInfo& info = video.info;
+  info.container = video.format->iformat->name;
+  info.codec = av.avcodec_get_name(stream.codecpar->codec_id);
+  info.width_px = stream.codecpar->width;
+  info.height_px = stream.codecpar->height;
+  info.rotation_deg = rotation_of(av, stream);
+  const AVRational rate = stream.avg_frame_rate;
+  if (rate.num > 0 && rate.den > 0) info.mean_rate_hz = static_cast<double>(rate.num) / rate.den;
+  info.duration = time_of(av, stream.duration, stream.time_base);
+  if (!info.duration) info.duration = time_of(av, video.format->duration, {1, AV_TIME_BASE});
+  if (info.duration && info.duration->count() <= 0) info.duration.reset();
+  if (stream.nb_frames > 0) info.frames = stream.nb_frames;
+}
+
+}  // namespace
+
+VideoStream::~VideoStream() {
+  codec.reset();
+  if (format != nullptr) av->avformat_close_input(&format);
+}
+
+namespace {
+
+Result<std::unique_ptr<VideoStream>> open_stream(std::unique_ptr<VideoInput> input,
+                                                 const VideoReaderOptions& options) {
+  const Result<const Libav*> av = libav();
+  if (!av) return tl::unexpected(av.error());
+  if (Status sound = check_ranges(options); !sound) return tl::unexpected(sound.error());
+  auto video = std::make_unique<VideoStream>();
+  video->av = *av;
+  video->input = std::move(input);
+  Status status = open_container(*video);
+  if (status) status = choose_stream(*video);
+  if (status) status = open_decoder(*video, options);
+  if (!status) return tl::unexpected(status.error());
+  describe(*video);
+  return video;
+}
+
+}  // namespace
+}  // namespace waymark::internal
 #endif
 
 namespace waymark {
 
 #ifdef WAYMARK_HAVE_LIBAV
 
-using namespace internal;  // NOLINT(google-build-using-namespace): this file is their other half
+using namespace internal;  // NOLINT(google-build-using-namespace): of this file
 
 struct VideoReader::Impl {
   Impl(std::unique_ptr<VideoStream> opened, std::string name, const VideoReaderOptions& chosen)

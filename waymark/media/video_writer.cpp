@@ -2,26 +2,160 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/media/video_format.hpp"
 
 #ifdef WAYMARK_HAVE_LIBAV
-#include "waymark/media/video_encoder.hpp"
-#include "waymark/media/yuv420.hpp"
+#include "waymark/media/libav.hpp"
+
+namespace waymark::internal {
+namespace {
+
+/// Pictures as encoders take them: a plane of luma, and two of chroma with half its width and height; full
+/// range.
+struct Yuv420 {
+  std::uint8_t* y = nullptr;
+  std::uint8_t* cb = nullptr;
+  std::uint8_t* cr = nullptr;
+  std::ptrdiff_t y_stride = 0, cb_stride = 0, cr_stride = 0;
+  int width = 0, height = 0;  ///< even; what the picture lacks repeats its last column and row
+};
+
+constexpr std::uint8_t kNoColor = 128;
+
+/// 128 and a weighted sum of four pixels, weights in 1e-4.
+std::uint8_t chroma(int sum) {
+  constexpr int kShare = 4 * 10'000;
+  const int rounded = (sum + (sum >= 0 ? kShare / 2 : -kShare / 2)) / kShare;
+  return static_cast<std::uint8_t>(std::clamp(128 + rounded, 0, 255));
+}
+
+void fill(const ImageView& image, const Yuv420& to) {
+  for (int y = 0; y < to.height; ++y) {
+    std::uint8_t* row = to.y + y * to.y_stride;
+    const std::uint8_t* from = image.row(std::min(y, image.height - 1));
+    const int width = std::min(image.width, to.width);
+    std::memcpy(row, from, static_cast<std::size_t>(width));
+    std::fill(row + width, row + to.width, from[width - 1]);
+  }
+  for (int y = 0; y < to.height / 2; ++y) {
+    std::fill_n(to.cb + y * to.cb_stride, to.width / 2, kNoColor);
+    std::fill_n(to.cr + y * to.cr_stride, to.width / 2, kNoColor);
+  }
+}
+
+/// Rec. 601; chroma is the mean of four pixels.
+void fill(const ColorImage& image, const Yuv420& to) {
+  const auto pixel = [&](int x, int y) {
+    return image.row(std::min(y, image.height() - 1))[std::min(x, image.width() - 1)];
+  };
+  for (int y = 0; y < to.height; ++y) {
+    std::uint8_t* row = to.y + y * to.y_stride;
+    for (int x = 0; x < to.width; ++x) {
+      const Rgb p = pixel(x, y);
+      row[x] = static_cast<std::uint8_t>((299 * p.r + 587 * p.g + 114 * p.b + 500) / 1000);
+    }
+  }
+  for (int y = 0; y < to.height / 2; ++y) {
+    for (int x = 0; x < to.width / 2; ++x) {
+      int r = 0, g = 0, b = 0;
+      for (int k = 0; k < 4; ++k) {
+        const Rgb p = pixel(2 * x + k % 2, 2 * y + k / 2);
+        r += p.r;
+        g += p.g;
+        b += p.b;
+      }
+      to.cb[y * to.cb_stride + x] = chroma(-1687 * r - 3313 * g + 5000 * b);
+      to.cr[y * to.cr_stride + x] = chroma(5000 * r - 4187 * g - 813 * b);
+    }
+  }
+}
+
+struct Encoder {
+  const char* name;
+  std::vector<std::pair<const char*, std::string>> settings;
+};
+
+/// Encoders of a codec, the preferred first; those that a build lacks are passed over.
+std::vector<Encoder> encoders_of(VideoCodec codec, int quality) {
+  const std::string crf = std::to_string(quality);
+  const std::string crf63 = std::to_string(quality * 63 / 51);
+  switch (codec) {
+    case VideoCodec::H264:
+      return {{"libx264", {{"preset", "veryfast"}, {"crf", crf}}}, {"libopenh264", {}}, {"mpeg4", {}}};
+    case VideoCodec::Hevc:
+      return {{"libx265", {{"preset", "ultrafast"}, {"crf", crf}, {"x265-params", "log-level=none"}}}};
+    case VideoCodec::Vp9:
+      return {{"libvpx-vp9", {{"deadline", "realtime"}, {"cpu-used", "8"}, {"crf", crf63}, {"row-mt", "1"}}}};
+    case VideoCodec::Av1:
+      return {{"libaom-av1", {{"usage", "realtime"}, {"cpu-used", "8"}, {"crf", crf63}}}};
+    case VideoCodec::Mjpeg:
+      return {{"mjpeg", {}}};
+  }
+  return {};
+}
+
+void set_quality(AVCodecContext& encoder, int quality) {
+  encoder.flags |= AV_CODEC_FLAG_QSCALE;  // of encoders without a rate factor
+  encoder.global_quality = FF_QP2LAMBDA * std::clamp(quality / 5, 1, 31);
+  encoder.qmin = std::min(encoder.qmin, 1);
+}
+
+/// How the pictures are encoded: the first encoder for this codec that is installed, opened.
+/// `needs_global_header` and
+/// `may_reorder` (pictures predicted from later ones) as the container wants it.
+Result<LibavPtr<AVCodecContext>> open_encoder(const Libav& av, VideoCodec codec, int width_px, int height_px,
+                                              AVRational time_base, bool needs_global_header,
+                                              bool may_reorder, const VideoWriterOptions& options) {
+  std::vector<std::string> tried;
+  for (const Encoder& candidate : encoders_of(codec, options.quality)) {
+    tried.emplace_back(candidate.name);
+    const AVCodec* known = av.avcodec_find_encoder_by_name(candidate.name);
+    if (known == nullptr) continue;
+    LibavPtr<AVCodecContext> encoder(av.avcodec_alloc_context3(known), {&av});
+    if (!encoder) return fail(ErrorCode::LimitExceeded, "not enough memory");
+    encoder->width = width_px;
+    encoder->height = height_px;
+    encoder->pix_fmt = codec == VideoCodec::Mjpeg ? AV_PIX_FMT_YUVJ420P : AV_PIX_FMT_YUV420P;
+    encoder->color_range = AVCOL_RANGE_JPEG;
+    encoder->colorspace = AVCOL_SPC_SMPTE170M;
+    encoder->time_base = time_base;
+    encoder->framerate = {static_cast<int>(std::lround(options.rate_hz * 1000)), 1000};
+    encoder->gop_size = options.key_interval;
+    encoder->bit_rate = 0;
+    if (!may_reorder) encoder->max_b_frames = 0;
+    if (needs_global_header) encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+    for (const auto& [key, value] : candidate.settings)
+      av.av_opt_set(encoder->priv_data, key, value.c_str(), 0);
+    if (candidate.settings.empty()) set_quality(*encoder, options.quality);
+    if (av.avcodec_open2(encoder.get(), known, nullptr) == 0) return encoder;
+  }
+  return fail(
+      ErrorCode::Unsupported,
+      fmt::format("the installed libavcodec has no encoder of this kind ({})", fmt::join(tried, ", ")), {},
+      "Write .avi, which needs only the encoder of motion JPEG.");
+}
+
+}  // namespace
+}  // namespace waymark::internal
 #endif
 
 namespace waymark {
 
 #ifdef WAYMARK_HAVE_LIBAV
 
-using namespace internal;  // NOLINT(google-build-using-namespace): this file is their other half
+using namespace internal;  // NOLINT(google-build-using-namespace): of this file
 
 struct VideoWriter::Impl {
   Impl(const Libav& libraries, std::filesystem::path to)

@@ -3,13 +3,13 @@
 #include <fstream>
 #include <thread>
 
-#include <gtest/gtest.h>
 #include <unistd.h>
+
+#include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
 #include "waymark/modules/arrival_queue.hpp"
 #include "waymark/modules/load_module.hpp"
-#include "waymark/modules/shared_library.hpp"
 
 namespace waymark {
 namespace {

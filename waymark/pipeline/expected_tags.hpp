@@ -9,7 +9,7 @@
 #include "waymark/localization/method.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/tag_map.hpp"
-#include "waymark/tags/expected_tag.hpp"
+#include "waymark/tags/tag_tracker.hpp"
 
 namespace waymark {
 

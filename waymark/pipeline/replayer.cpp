@@ -9,7 +9,7 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/replay/lidar_zone.hpp"
+#include "waymark/replay/safety_limiter.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {

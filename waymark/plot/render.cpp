@@ -241,11 +241,9 @@ Result<Bytes> render_png(const Drawing& page, double dpi) {
   return bytes;
 }
 
-}  // namespace waymark::plot
-
 // Written by hand instead of by cairo: a group keeps its name, a length keeps its millimetres, and the bytes
 // do not depend on what was drawn before (cairo numbers its surfaces).
-namespace waymark::plot {
+
 namespace {
 
 std::string hex(const Color& color) {

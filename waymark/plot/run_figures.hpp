@@ -40,10 +40,8 @@ struct PathLayer {
 /// How many tags each frame saw, over time.
 [[nodiscard]] Figure tags_in_view_figure(const std::string& title, const std::vector<TagFrame>& frames);
 
-}  // namespace waymark::plot
+// Figures of one drive over its time. The time axis begins with the drive.
 
-/// Figures of one drive over its time. The time axis begins with the drive.
-namespace waymark::plot {
 
 /// Speed and yaw rate as the wheels tell them.
 [[nodiscard]] Figure speed_figure(const std::string& title, const std::vector<Odometry>& odometry);

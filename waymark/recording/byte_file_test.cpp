@@ -7,12 +7,12 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/recording/byte_io.hpp"
-#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
+
 using ::testing::HasSubstr;
 
 class ByteFile : public ::testing::Test {
@@ -123,31 +123,11 @@ TEST(BigEndianReader, AHostileCountFailsBeforeMemoryIsTaken) {
   EXPECT_EQ(reader.number<std::uint8_t>(), 0) << "a reader that failed gives zeros";
 }
 
-TEST(LogProblemsTest, WhatHappensOftenIsCountedWithTheFirstPlace) {
-  LogProblems problems;
-  int made = 0;
-  for (int i = 0; i < 5; ++i) {
-    problems.damage("row", [&] {
-      ++made;
-      return Error{ErrorCode::Unreadable, "row " + std::to_string(i), {}, {}};
-    });
-  }
-  problems.trap(
-      "unit",
-      [] {
-        return Error{ErrorCode::Unsupported, "millimetres", {}, {}};
-      },
-      7);
-  EXPECT_EQ(made, 1) << "words are made only for the first of a kind";
-  ASSERT_EQ(problems.list().size(), 2U);
-  EXPECT_EQ(problems.list()[0].count, 5U);
-  EXPECT_EQ(problems.list()[0].error.message, "row 0");
-  EXPECT_EQ(problems.list()[1].kind, LogProblem::Kind::Trap);
-  EXPECT_EQ(problems.list()[1].count, 7U);
-  LogProblems later;
-  later.damages("other",
-                {Error{ErrorCode::Unreadable, "a", {}, {}}, Error{ErrorCode::Unreadable, "b", {}, {}}});
-  EXPECT_EQ(joined(problems, later).size(), 4U);
+TEST(TemporaryFileTest, HasNoName) {
+  const auto file = TemporaryFile::create();
+  ASSERT_TRUE(file);
+  const std::string link = "/proc/self/fd/" + std::to_string((*file)->descriptor());
+  EXPECT_NE(std::filesystem::read_symlink(link).string().find("(deleted)"), std::string::npos);
 }
 
 }  // namespace

@@ -315,8 +315,6 @@ std::shared_ptr<const TemporaryFile> unpacked_to(const ByteSource& source) {
 
 namespace {
 
-constexpr std::size_t kPiece = 1 << 16;
-
 tl::unexpected<Error> damaged(Packing packing, std::string_view why) {
   return fail(ErrorCode::Unreadable, fmt::format("the {} packing is damaged ({})", to_string(packing), why));
 }

@@ -6,6 +6,7 @@
 #include <zlib.h>
 
 #include "waymark/base/random.hpp"
+#include "waymark/recording/message_log.hpp"
 
 namespace waymark {
 namespace {
@@ -208,6 +209,60 @@ TEST(UnpackFile, TheUnpackedFileReadsLikeOneThatNeverWasPacked) {
     EXPECT_NE(unpacked_to(*file->source), nullptr);
     EXPECT_EQ(unpacked_to(*source), nullptr);
   }
+}
+
+/// Zeros, packed; a MiB each time.
+Bytes packed_zeros(int mebibytes) {
+  const Bytes zeros(std::size_t{1} << 20, 0);
+  Bytes part;
+  Bytes packed;
+  EXPECT_TRUE(compress(Compression::Zstd, zeros, part));
+  for (int i = 0; i < mebibytes; ++i) append(packed, part);
+  return packed;
+}
+
+std::string why_not(const Bytes& packed, UnpackLimits limits) {
+  const auto log = open_log(memory_source(packed), {.unpack = std::move(limits)});
+  return log ? "opened" : to_string(log.error());
+}
+
+TEST(Unpack, LimitsOfRatioDiskAndTimeHold) {
+  const Bytes packed = packed_zeros(64);
+  EXPECT_NE(why_not(packed, {}).find("no recording"), std::string::npos);
+  EXPECT_NE(why_not(packed, {.max_ratio = 100, .any_ratio_bytes = 1 << 20}).find("unpacks to more than"),
+            std::string::npos);
+  EXPECT_NE(why_not(packed, {.keep_free_bytes = UINT64_MAX}).find("free on the disk"), std::string::npos);
+  int asked = 0;
+  EXPECT_NE(why_not(packed, {.stop = [&] { return ++asked > 10; }}).find("stopped"), std::string::npos);
+  EXPECT_EQ(asked, 11) << "nothing is unpacked after that";
+}
+
+TEST(Unpack, TheMostGrowsWithTheFileUpToTheLimit) {
+  const UnpackLimits limits{.max_bytes = 10'000, .max_ratio = 10, .any_ratio_bytes = 500};
+  EXPECT_EQ(limits.most(1), 500U);
+  EXPECT_EQ(limits.most(100), 1000U);
+  EXPECT_EQ(limits.most(5000), 10'000U);
+  EXPECT_EQ(limits.most(UINT64_MAX), 10'000U);
+}
+
+// 64 MiB of zeros in a few kilobytes.
+TEST(Unpack, ABombStopsAtTheLimit) {
+  Bytes packed;
+  for (int i = 0; i < 4; ++i) {
+    const Bytes zeros(std::size_t{1} << 24, 0);
+    Bytes part;
+    ASSERT_TRUE(compress(Compression::Zstd, zeros, part));
+    append(packed, part);
+  }
+  EXPECT_LT(packed.size(), 20'000U);
+  const UnpackedBytes some = unpack_bytes(Packing::Zstd, packed, 1 << 20);
+  ASSERT_TRUE(some.damage);
+  EXPECT_EQ(some.damage->code, ErrorCode::LimitExceeded);
+  EXPECT_LE(some.bytes.size(), std::size_t{1} << 20);
+  const auto log = open_log(memory_source(packed), {.unpack = {.max_bytes = 1 << 20}});
+  ASSERT_FALSE(log);
+  EXPECT_EQ(log.error().code, ErrorCode::LimitExceeded);
+  EXPECT_EQ(unpack_bytes(Packing::Zstd, packed, 1 << 27).bytes.size(), std::size_t{4} << 24);
 }
 
 }  // namespace

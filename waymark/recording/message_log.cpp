@@ -24,128 +24,6 @@
 namespace waymark {
 namespace {
 
-class UnpackedLog final : public MessageLog {
- public:
-  UnpackedLog(std::unique_ptr<MessageLog> log, Packing packing, std::optional<Error> damage,
-              std::uint64_t packed_bytes)
-      : log_(std::move(log)), packing_(packing), damage_(std::move(damage)), packed_bytes_(packed_bytes) {}
-
-  LogFormat format() const override { return log_->format(); }
-  std::string description() const override {
-    return fmt::format("{}, {} around the file", log_->description(), to_string(packing_));
-  }
-  const std::vector<LogChannel>& channels() const override { return log_->channels(); }
-  LogSummary summary() const override {
-    LogSummary summary = log_->summary();
-    summary.size_bytes = packed_bytes_;
-    return summary;
-  }
-  Status visit(const LogSelection& selection, const Visitor& visit) override {
-    return log_->visit(selection, visit);
-  }
-  Status visit_as_written(const Visitor& visit) override { return log_->visit_as_written(visit); }
-  Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
-    return log_->visit_samples(selection, visit);
-  }
-  using MessageLog::setup;
-  Result<RecordingSetup> setup(const CameraChoice& choice) override {
-    Result<RecordingSetup> setup = log_->setup(choice);
-    if (setup && damage_) setup->problems.insert(setup->problems.begin(), *damage_);
-    return setup;
-  }
-  std::vector<LogAttachment> attachments() const override { return log_->attachments(); }
-  Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
-    return log_->visit_attachments(visit);
-  }
-  std::vector<LogProblem> problems() const override {
-    std::vector<LogProblem> all = log_->problems();
-    if (damage_) all.insert(all.begin(), {LogProblem::Kind::Damage, "file.packing", *damage_, 1});
-    return all;
-  }
-
- private:
-  std::unique_ptr<MessageLog> log_;
-  Packing packing_;
-  std::optional<Error> damage_;
-  std::uint64_t packed_bytes_;
-};
-
-/// A recording out of a packed file: says so, and what was wrong with the packing.
-std::unique_ptr<MessageLog> with_packing(std::unique_ptr<MessageLog> log, Packing packing,
-                                         const std::optional<Error>& damage, std::uint64_t packed_bytes) {
-  return std::make_unique<UnpackedLog>(std::move(log), packing, damage, packed_bytes);
-}
-
-/// The first bytes of a file, as many as there are.
-Result<Bytes> head_of(const ByteSource& source) {
-  const Result<std::uint64_t> size = source.size();
-  if (!size) return tl::unexpected(size.error());
-  Bytes head(static_cast<std::size_t>(std::min<std::uint64_t>(*size, kHeadBytes)));
-  if (Status status = source.read(0, head); !status) return tl::unexpected(status.error());
-  return head;
-}
-
-}  // namespace
-
-std::string to_string(const LogProblem& problem) {
-  return to_string(problem.error) + (problem.count > 1 ? fmt::format(" ({} times)", problem.count) : "");
-}
-
-LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> pictures) const {
-  LogSelection selection;
-  for (const LogChannel& channel : channels()) {
-    const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
-    if (picture == pictures.value_or(picture) && !setup.chosen.unused.contains(channel.topic))
-      selection.topics.insert(channel.topic);
-  }
-  return selection;
-}
-
-std::uint64_t recording_start_ns(MessageLog& log) {
-  constexpr std::uint64_t kBeginning_ns = 10'000'000'000;
-  const std::uint64_t start = log.summary().start.value_or(0);
-  if (start > 0) return start;
-  std::optional<std::uint64_t> next;
-  // The first message is enough: an error of the visitor stops the visit.
-  (void)log.visit({.from = 1}, [&](const LogChannel&, const LogMessage& message) -> Status {
-    next = message.log_time;
-    return fail(ErrorCode::LimitExceeded, "the first message is enough");
-  });
-  return next && *next > kBeginning_ns ? *next : start;
-}
-
-Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source, const LogOptions& options) {
-  Result<Bytes> head = head_of(*source);
-  if (!head) return tl::unexpected(head.error());
-  const Packing packing = packing_of(*head);
-  if (packing == Packing::None) return open_by_format(std::move(source), *head, options);
-
-  Result<UnpackedFile> unpacked = unpack_file(*source, packing, options.unpack);
-  if (!unpacked) return tl::unexpected(unpacked.error());
-  head = head_of(*unpacked->source);
-  if (!head) return tl::unexpected(head.error());
-  if (head->empty() && unpacked->damage) {
-    unpacked->damage->hint = "Nothing of it could be unpacked: not one block of the packing is whole.";
-    return tl::unexpected(*unpacked->damage);
-  }
-  Result<std::unique_ptr<MessageLog>> log = open_by_format(std::move(unpacked->source), *head, options);
-  if (!log) return log;
-  return with_packing(std::move(*log), packing, unpacked->damage, source->size().value_or(0));
-}
-
-Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, const LogOptions& options) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return open_bag_folder(path, options);
-  if (path.filename() == "metadata.yaml") return open_bag_folder(path.parent_path(), options);
-  Result<std::unique_ptr<ByteSource>> source = open_file(path);
-  if (!source) return tl::unexpected(source.error());
-  const Result<Bytes> head = head_of(**source);
-  if (head && begins_as_sqlite(*head)) return open_rosbag2_file(path, path.string(), false, options);
-  return open_log(std::move(*source), options);
-}
-
-namespace {
-
 using OpenedLog = Result<std::unique_ptr<MessageLog>>;
 
 /// A format of recordings, and how it is recognised and read.
@@ -163,6 +41,9 @@ struct FormatRow {
 bool begins_with(ByteSpan head, ByteSpan magic) {
   return head.size() >= magic.size() && std::ranges::equal(head.first(magic.size()), magic);
 }
+
+/// Such a file is read by its path.
+bool begins_as_sqlite(ByteSpan head) { return begins_with(head, as_bytes(kSqliteMagic)); }
 
 bool begins_as_mcap(ByteSpan head, std::uint64_t /*size*/) { return begins_with(head, mcap::kMagic); }
 bool begins_as_bag(ByteSpan head, std::uint64_t /*size*/) {
@@ -221,14 +102,8 @@ std::string known_formats() {
   return names;
 }
 
-}  // namespace
-
-std::string_view to_string(LogFormat format) { return row_of(format).name; }
-
-bool gives_samples(LogFormat format) { return row_of(format).samples; }
-
-bool begins_as_sqlite(ByteSpan head) { return begins_with(head, as_bytes(kSqliteMagic)); }
-
+/// Opens bytes that are not packed by the format that `head`, their first ones, begin. Fails on those of no
+/// format.
 Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> source, ByteSpan head,
                                                    const LogOptions& options) {
   const Place place{.source = source->name()};
@@ -253,6 +128,134 @@ Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> s
                 "If its beginning is damaged, `waymark recover FILE` saves what stands behind it.");
   return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", place,
               fmt::format("Known: {}.", known_formats()));
+}
+
+/// A recording out of a packed file.
+class UnpackedLog final : public MessageLog {
+ public:
+  UnpackedLog(std::unique_ptr<MessageLog> log, Packing packing, std::optional<Error> damage,
+              std::uint64_t packed_bytes)
+      : log_(std::move(log)), packing_(packing), damage_(std::move(damage)), packed_bytes_(packed_bytes) {}
+
+  LogFormat format() const override { return log_->format(); }
+  std::string description() const override {
+    return fmt::format("{}, {} around the file", log_->description(), to_string(packing_));
+  }
+  const std::vector<LogChannel>& channels() const override { return log_->channels(); }
+  LogSummary summary() const override {
+    LogSummary summary = log_->summary();
+    summary.size_bytes = packed_bytes_;
+    return summary;
+  }
+  Status visit(const LogSelection& selection, const Visitor& visit) override {
+    return log_->visit(selection, visit);
+  }
+  Status visit_as_written(const Visitor& visit) override { return log_->visit_as_written(visit); }
+  Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
+    return log_->visit_samples(selection, visit);
+  }
+  using MessageLog::setup;
+  Result<RecordingSetup> setup(const CameraChoice& choice) override {
+    Result<RecordingSetup> setup = log_->setup(choice);
+    if (setup && damage_) setup->problems.insert(setup->problems.begin(), *damage_);
+    return setup;
+  }
+  std::vector<LogAttachment> attachments() const override { return log_->attachments(); }
+  Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
+    return log_->visit_attachments(visit);
+  }
+  std::vector<LogProblem> problems() const override {
+    std::vector<LogProblem> all = log_->problems();
+    if (damage_) all.insert(all.begin(), {LogProblem::Kind::Damage, "file.packing", *damage_, 1});
+    return all;
+  }
+
+ private:
+  std::unique_ptr<MessageLog> log_;
+  Packing packing_;
+  std::optional<Error> damage_;
+  std::uint64_t packed_bytes_;
+};
+
+/// A recording out of a packed file: says so, and what was wrong with the packing.
+std::unique_ptr<MessageLog> with_packing(std::unique_ptr<MessageLog> log, Packing packing,
+                                         const std::optional<Error>& damage, std::uint64_t packed_bytes) {
+  return std::make_unique<UnpackedLog>(std::move(log), packing, damage, packed_bytes);
+}
+
+/// A file is recognised by at most so many of its first bytes.
+constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
+
+/// The first bytes of a file, as many as there are.
+Result<Bytes> head_of(const ByteSource& source) {
+  const Result<std::uint64_t> size = source.size();
+  if (!size) return tl::unexpected(size.error());
+  Bytes head(static_cast<std::size_t>(std::min<std::uint64_t>(*size, kHeadBytes)));
+  if (Status status = source.read(0, head); !status) return tl::unexpected(status.error());
+  return head;
+}
+
+}  // namespace
+
+std::string_view to_string(LogFormat format) { return row_of(format).name; }
+
+bool gives_samples(LogFormat format) { return row_of(format).samples; }
+
+std::string to_string(const LogProblem& problem) {
+  return to_string(problem.error) + (problem.count > 1 ? fmt::format(" ({} times)", problem.count) : "");
+}
+
+LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> pictures) const {
+  LogSelection selection;
+  for (const LogChannel& channel : channels()) {
+    const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
+    if (picture == pictures.value_or(picture) && !setup.chosen.unused.contains(channel.topic))
+      selection.topics.insert(channel.topic);
+  }
+  return selection;
+}
+
+std::uint64_t recording_start_ns(MessageLog& log) {
+  constexpr std::uint64_t kBeginning_ns = 10'000'000'000;
+  const std::uint64_t start = log.summary().start.value_or(0);
+  if (start > 0) return start;
+  std::optional<std::uint64_t> next;
+  // The first message is enough: an error of the visitor stops the visit.
+  (void)log.visit({.from = 1}, [&](const LogChannel&, const LogMessage& message) -> Status {
+    next = message.log_time;
+    return fail(ErrorCode::LimitExceeded, "the first message is enough");
+  });
+  return next && *next > kBeginning_ns ? *next : start;
+}
+
+Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source, const LogOptions& options) {
+  Result<Bytes> head = head_of(*source);
+  if (!head) return tl::unexpected(head.error());
+  const Packing packing = packing_of(*head);
+  if (packing == Packing::None) return open_by_format(std::move(source), *head, options);
+
+  Result<UnpackedFile> unpacked = unpack_file(*source, packing, options.unpack);
+  if (!unpacked) return tl::unexpected(unpacked.error());
+  head = head_of(*unpacked->source);
+  if (!head) return tl::unexpected(head.error());
+  if (head->empty() && unpacked->damage) {
+    unpacked->damage->hint = "Nothing of it could be unpacked: not one block of the packing is whole.";
+    return tl::unexpected(*unpacked->damage);
+  }
+  Result<std::unique_ptr<MessageLog>> log = open_by_format(std::move(unpacked->source), *head, options);
+  if (!log) return log;
+  return with_packing(std::move(*log), packing, unpacked->damage, source->size().value_or(0));
+}
+
+Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, const LogOptions& options) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return open_bag_folder(path, options);
+  if (path.filename() == "metadata.yaml") return open_bag_folder(path.parent_path(), options);
+  Result<std::unique_ptr<ByteSource>> source = open_file(path);
+  if (!source) return tl::unexpected(source.error());
+  const Result<Bytes> head = head_of(**source);
+  if (head && begins_as_sqlite(*head)) return open_rosbag2_file(path, path.string(), false, options);
+  return open_log(std::move(*source), options);
 }
 
 bool looks_like_recording(const std::string& path) {

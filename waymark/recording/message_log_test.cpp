@@ -1,4 +1,4 @@
-// The doors behind open_log() that need no other program: definitions, packing, events and tables in memory.
+// What is behind open_log() and needs no other program: tables, MCAP and bag folders.
 // What other programs write is held against them in tests/recording.
 #include "waymark/recording/message_log.hpp"
 
@@ -13,11 +13,8 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/recording/byte_file.hpp"
-#include "waymark/recording/cdr_channels.hpp"
-#include "waymark/recording/compression.hpp"
 #include "waymark/recording/export_log.hpp"
 #include "waymark/recording/mcap/writer.hpp"
-#include "waymark/recording/ros2/messages.hpp"
 
 namespace waymark {
 namespace {
@@ -38,131 +35,6 @@ std::vector<Sample> samples_of(MessageLog& log, const LogSelection& selection = 
   return samples;
 }
 
-constexpr std::string_view kHeader =
-    "================================================================================\n"
-    "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
-
-TEST(RosDefinition, KeepsWhatRos2SaysTheSameWay) {
-  const std::string text =
-      "# words\nHeader header\nint32 A=5 # of course\nstring B= x # y\nfloat64[3] v\nuint8[] data\nduration "
-      "d\nbyte b\n" +
-      std::string(kHeader);
-  const auto transcoder = ros::Ros1Transcoder::make("pkg_msgs/Type", text);
-  ASSERT_TRUE(transcoder) << to_string(transcoder.error());
-  EXPECT_EQ(transcoder->type(), "pkg_msgs/msg/Type");
-  const std::string& schema = transcoder->schema();
-  EXPECT_TRUE(
-      schema.starts_with("int32 A=5\nstring B=\"x # y\"\nstd_msgs/Header header\nfloat64[3] v\nuint8[] data\n"
-                         "builtin_interfaces/Duration d\nint8 b\n"))
-      << schema;
-  EXPECT_EQ(schema.find("seq"), std::string::npos);
-  EXPECT_NE(schema.find("MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"), std::string::npos);
-}
-
-TEST(RosDefinition, RefusesWhatMakesNoSense) {
-  for (const char* text : {"Foo foo\n", "uint8[x] a\n", "uint8[3 a\n", "uint8\n", "uint8[99999999999] a\n"}) {
-    const auto parsed = ros::parse_definition("pkg/Type", text);
-    ASSERT_FALSE(parsed) << text;
-    EXPECT_EQ(parsed.error().place.line, 1) << text;
-  }
-  const auto recursive = ros::parse_definition(
-      "pkg/Type", "A a\n====================\nMSG: pkg/A\nB b\n====================\nMSG: pkg/B\nA a\n");
-  ASSERT_FALSE(recursive);
-  EXPECT_NE(recursive.error().message.find("uses itself"), std::string::npos);
-}
-
-TEST(Ros1Transcoder, PadsAsCdrWants) {
-  const auto transcoder = ros::Ros1Transcoder::make(
-      "pkg/Type", "uint8 a\nfloat64 b\nstring s\nint16[] c\nfloat64[] none\nbool e\n");
-  ASSERT_TRUE(transcoder);
-  const Bytes ros1 = {7,   0, 0, 0, 0, 0, 0, 0xF0, 0x3F, 2, 0, 0, 0, 'h',
-                      'i', 2, 0, 0, 0, 1, 0, 2,    0,    0, 0, 0, 0, 1};
-  Bytes cdr;
-  ASSERT_TRUE(transcoder->transcode(ros1, cdr));
-  const Bytes expected = {0, 1, 0, 0,   7,   0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xF0, 0x3F, 3,
-                          0, 0, 0, 'h', 'i', 0, 0, 2, 0, 0, 0, 1, 0, 2, 0, 0, 0, 0, 0,    1};
-  EXPECT_EQ(cdr, expected);
-  for (std::size_t size = 0; size < ros1.size(); ++size) {
-    Bytes out;
-    EXPECT_FALSE(transcoder->transcode(ByteSpan(ros1).first(size), out)) << size;
-  }
-  Bytes longer = ros1;
-  longer.push_back(0);
-  EXPECT_FALSE(transcoder->transcode(longer, cdr));
-}
-
-// Structs of nothing, repeated without end, take no input: they must not make any output without end either.
-TEST(Ros1Transcoder, NothingRepeatedEndsSoon) {
-  std::string text = "A[10000000] a\n";
-  for (const char* name : {"A", "B", "C"})
-    text += std::string("====================\nMSG: pkg/") + name + "\n" +
-            (*name == 'C' ? "int8[0] z\n" : std::string(1, static_cast<char>(*name + 1)) + "[10000000] x\n");
-  const auto transcoder = ros::Ros1Transcoder::make("pkg/Type", text);
-  ASSERT_TRUE(transcoder) << to_string(transcoder.error());
-  Bytes cdr;
-  EXPECT_FALSE(transcoder->transcode({}, cdr));
-  EXPECT_LT(cdr.size(), std::size_t{1} << 20);
-}
-
-TEST(Ros1Transcoder, KnownTypesGetTheNamesOfRos2) {
-  const auto info = ros::Ros1Transcoder::make(
-      "sensor_msgs/CameraInfo",
-      "Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] D\nfloat64[9] "
-      "K\nfloat64[9] R\n"
-      "float64[12] P\nuint32 binning_x\nuint32 binning_y\nRegionOfInterest roi\n" +
-          std::string(kHeader) +
-          "================================================================================\nMSG: "
-          "sensor_msgs/RegionOfInterest\n"
-          "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n");
-  ASSERT_TRUE(info) << to_string(info.error());
-  EXPECT_TRUE(info->same_as_ros2());
-  EXPECT_EQ(info->schema(), ros2::schema_text(ros2::CameraInfo::kType));
-  const auto other = ros::Ros1Transcoder::make("nav_msgs/Odometry", "float64 x\n");
-  ASSERT_TRUE(other);
-  EXPECT_FALSE(other->same_as_ros2());
-}
-
-/// Zeros, packed; a MiB each time.
-Bytes packed_zeros(int mebibytes) {
-  const Bytes zeros(std::size_t{1} << 20, 0);
-  Bytes part;
-  Bytes packed;
-  EXPECT_TRUE(compress(Compression::Zstd, zeros, part));
-  for (int i = 0; i < mebibytes; ++i) append(packed, part);
-  return packed;
-}
-
-std::string why_not(const Bytes& packed, UnpackLimits limits) {
-  const auto log = open_log(memory_source(packed), {.unpack = std::move(limits)});
-  return log ? "opened" : to_string(log.error());
-}
-
-TEST(Unpack, LimitsOfRatioDiskAndTimeHold) {
-  const Bytes packed = packed_zeros(64);
-  EXPECT_NE(why_not(packed, {}).find("no recording"), std::string::npos);
-  EXPECT_NE(why_not(packed, {.max_ratio = 100, .any_ratio_bytes = 1 << 20}).find("unpacks to more than"),
-            std::string::npos);
-  EXPECT_NE(why_not(packed, {.keep_free_bytes = UINT64_MAX}).find("free on the disk"), std::string::npos);
-  int asked = 0;
-  EXPECT_NE(why_not(packed, {.stop = [&] { return ++asked > 10; }}).find("stopped"), std::string::npos);
-  EXPECT_EQ(asked, 11) << "nothing is unpacked after that";
-}
-
-TEST(Unpack, TheMostGrowsWithTheFileUpToTheLimit) {
-  const UnpackLimits limits{.max_bytes = 10'000, .max_ratio = 10, .any_ratio_bytes = 500};
-  EXPECT_EQ(limits.most(1), 500U);
-  EXPECT_EQ(limits.most(100), 1000U);
-  EXPECT_EQ(limits.most(5000), 10'000U);
-  EXPECT_EQ(limits.most(UINT64_MAX), 10'000U);
-}
-
-TEST(Unpack, TheTemporaryFileHasNoName) {
-  const auto file = TemporaryFile::create();
-  ASSERT_TRUE(file);
-  const std::string link = "/proc/self/fd/" + std::to_string((*file)->descriptor());
-  EXPECT_NE(std::filesystem::read_symlink(link).string().find("(deleted)"), std::string::npos);
-}
-
 TEST(OpenLog, APipeIsRefusedAtOnce) {
   const std::string name = ::testing::TempDir() + "waymark-log-pipe";
   (void)unlink(name.c_str());
@@ -171,26 +43,6 @@ TEST(OpenLog, APipeIsRefusedAtOnce) {
   ASSERT_FALSE(log);
   EXPECT_NE(to_string(log.error()).find("pipe"), std::string::npos);
   (void)unlink(name.c_str());
-}
-
-// 64 MiB of zeros in a few kilobytes.
-TEST(Unpack, ABombStopsAtTheLimit) {
-  Bytes packed;
-  for (int i = 0; i < 4; ++i) {
-    const Bytes zeros(std::size_t{1} << 24, 0);
-    Bytes part;
-    ASSERT_TRUE(compress(Compression::Zstd, zeros, part));
-    append(packed, part);
-  }
-  EXPECT_LT(packed.size(), 20'000U);
-  const UnpackedBytes some = unpack_bytes(Packing::Zstd, packed, 1 << 20);
-  ASSERT_TRUE(some.damage);
-  EXPECT_EQ(some.damage->code, ErrorCode::LimitExceeded);
-  EXPECT_LE(some.bytes.size(), std::size_t{1} << 20);
-  const auto log = open_log(memory_source(packed), {.unpack = {.max_bytes = 1 << 20}});
-  ASSERT_FALSE(log);
-  EXPECT_EQ(log.error().code, ErrorCode::LimitExceeded);
-  EXPECT_EQ(unpack_bytes(Packing::Zstd, packed, 1 << 27).bytes.size(), std::size_t{4} << 24);
 }
 
 TEST(MessageLog, SelectionIsByTopicAndTime) {
@@ -330,6 +182,33 @@ TEST(MessageLog, WhatIsNoRecordingSaysWhatIs) {
     EXPECT_FALSE(log.error().message.empty());
   }
   EXPECT_EQ(open_log(std::filesystem::path("/no/such/file")).error().code, ErrorCode::NotFound);
+}
+
+TEST(LogProblemsTest, WhatHappensOftenIsCountedWithTheFirstPlace) {
+  LogProblems problems;
+  int made = 0;
+  for (int i = 0; i < 5; ++i) {
+    problems.damage("row", [&] {
+      ++made;
+      return Error{ErrorCode::Unreadable, "row " + std::to_string(i), {}, {}};
+    });
+  }
+  problems.trap(
+      "unit",
+      [] {
+        return Error{ErrorCode::Unsupported, "millimetres", {}, {}};
+      },
+      7);
+  EXPECT_EQ(made, 1) << "words are made only for the first of a kind";
+  ASSERT_EQ(problems.list().size(), 2U);
+  EXPECT_EQ(problems.list()[0].count, 5U);
+  EXPECT_EQ(problems.list()[0].error.message, "row 0");
+  EXPECT_EQ(problems.list()[1].kind, LogProblem::Kind::Trap);
+  EXPECT_EQ(problems.list()[1].count, 7U);
+  LogProblems later;
+  later.damages("other",
+                {Error{ErrorCode::Unreadable, "a", {}, {}}, Error{ErrorCode::Unreadable, "b", {}, {}}});
+  EXPECT_EQ(joined(problems, later).size(), 4U);
 }
 
 }  // namespace

@@ -192,6 +192,8 @@ std::unique_ptr<MessageLog> join_logs(std::vector<std::unique_ptr<MessageLog>> p
 
 namespace {
 
+/// Recordings of any formats as one: samples in the order of their stamps, held in memory. Messages as such
+/// are visited file by file.
 class MergedLog final : public MessageLog {
  public:
   explicit MergedLog(std::vector<std::unique_ptr<MessageLog>> parts) : parts_(std::move(parts)) {
@@ -324,10 +326,6 @@ Status check_one_drive(const std::vector<std::string>& paths,
 
 }  // namespace
 
-std::unique_ptr<MessageLog> merge_logs(std::vector<std::unique_ptr<MessageLog>> parts) {
-  return std::make_unique<MergedLog>(std::move(parts));
-}
-
 Result<std::unique_ptr<MessageLog>> open_logs(const std::vector<std::string>& paths,
                                               const LogOptions& options) {
   if (paths.empty()) return fail(ErrorCode::InvalidArgument, "no recording is named");
@@ -341,7 +339,7 @@ Result<std::unique_ptr<MessageLog>> open_logs(const std::vector<std::string>& pa
   const LogFormat first = parts.front()->format();
   const bool alike = std::ranges::all_of(parts, [&](const auto& part) { return part->format() == first; });
   if (alike && !gives_samples(first)) return join_logs(std::move(parts), {});
-  return merge_logs(std::move(parts));
+  return std::make_unique<MergedLog>(std::move(parts));
 }
 
 }  // namespace waymark

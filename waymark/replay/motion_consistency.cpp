@@ -1,10 +1,722 @@
 #include "waymark/replay/motion_consistency.hpp"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <iterator>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "waymark/base/angles.hpp"
+#include "waymark/geometry/dense.hpp"
 
 namespace waymark {
+namespace {
+
+/// Two moments, and what the sources say of the motion between them.
+struct Cut {
+  const MotionSample& from;
+  const MotionSample& to;
+};
+
+/// A window as a whole, and in three parts.
+struct Cuts {
+  Cut whole;
+  std::array<Cut, 3> by_time;  ///< of motion, equal
+  std::array<Cut, 3> by_way;   ///< of the wheels, equal
+};
+
+/// Whether the difference of the whole is above its limit, and every third has its share of it, but for the
+/// deviation of its own difference: in time, or in way, where the robot slows down and what slips is a share
+/// of the way.
+template <class Difference, class Deviation>
+bool lasts(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
+  constexpr double kLastingShare = 0.25;
+  const double whole = difference(cuts.whole);
+  if (!(std::abs(whole) > limit)) return false;
+  const auto has_share = [&](const Cut& part) {
+    return difference(part) * (whole > 0 ? 1 : -1) >= kLastingShare * std::abs(whole) - deviation(part);
+  };
+  return std::ranges::all_of(cuts.by_time, has_share) || std::ranges::all_of(cuts.by_way, has_share);
+}
+
+template <class Difference>
+bool lasts(const Cuts& cuts, double limit, const Difference& difference) {
+  return lasts(cuts, limit, difference, [](const Cut&) { return 0.0; });
+}
+
+/// Deviation of both positions of a cut along a direction of the map [m].
+double position_sigma(const Cut& cut, const Eigen::Vector2d& map_direction) {
+  const Eigen::Matrix2d P =
+      cut.from.covariance.topLeftCorner<2, 2>() + cut.to.covariance.topLeftCorner<2, 2>();
+  return std::sqrt(std::max(0.0, map_direction.dot(P * map_direction)));
+}
+
+/// An angle within half a turn to either side.
+double straight(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+double turned_by_tags(const Cut& cut) {
+  return straight(cut.to.map_T_base.yaw() - cut.from.map_T_base.yaw());
+}
+
+double turned_by_odometry(const Cut& cut) {
+  return straight(cut.to.odom_T_base.yaw() - cut.from.odom_T_base.yaw());
+}
+
+/// The way of the tags beside that of odometry, in the base at the beginning.
+Eigen::Vector2d apart(const Cut& cut) {
+  const SE2 by_tags = cut.from.map_T_base.inverse() * cut.to.map_T_base;
+  const SE2 by_odometry = cut.from.odom_T_base.inverse() * cut.to.odom_T_base;
+  return by_tags.translation() - by_odometry.translation();
+}
+
+/// Deviation of both headings of a cut [rad].
+/// The larger of the estimates': their errors go together. Those of two pictures do not.
+double yaw_sigma(const Cut& cut) {
+  return std::sqrt(std::max(0.0, cut.from.covariance(2, 2) + cut.to.covariance(2, 2)));
+}
+
+/// Larger deviation of the position of a pose [m].
+double largest_sigma(const MotionSample& sample) {
+  const Eigen::Vector2d variances_m2 = symmetric_eigenvalues<2>(sample.covariance.topLeftCorner<2, 2>());
+  return std::sqrt(std::max(0.0, variances_m2.maxCoeff()));
+}
+
+/// What noise makes of the turn by odometry of a cut, in as many deviations as count [rad].
+double turn_noise(const Cut& cut, const MotionScales& scales) {
+  return scales.sigmas * scales.turn_noise_sqrt_m * std::sqrt(std::max(0.0, cut.to.path_m - cut.from.path_m));
+}
+
+/// What an unknown bias of the gyro makes of its turn while the robot stood or crept: time of the gyro beyond
+/// the time of motion [rad].
+double turn_of_bias(const Cut& cut) {
+  constexpr double kBias_rad_s = 0.01;
+  const double moving_s = cut.to.moving_s - cut.from.moving_s;
+  return kBias_rad_s * std::max(0.0, cut.to.gyro_s - cut.from.gyro_s - moving_s);
+}
+
+/// What scale and noise make of the difference of the turns by odometry, by gyro where there is one, and by
+/// tags [rad]. Errors that are independent of each other add up as their squares, here and below.
+double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
+  constexpr double kGyroShare = 0.05;
+  const double turned = cut.to.turned_rad - cut.from.turned_rad;
+  const double noise = scales.sigmas * yaw_sigma(cut);
+  if (scales.gyro) return std::hypot(kGyroShare * turned, noise, turn_of_bias(cut));
+  return std::hypot(scales.turn_share * scales.turn_scale * turned, turn_noise(cut, scales), noise);
+}
+
+/// What a wrong scale, a wrong heading at the beginning and the noise of both poses make of the difference of
+/// the ways by tags and by odometry, along a direction of the base at the beginning [m].
+double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
+  const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
+  const Eigen::Vector2d across(-way.y(), way.x());
+  constexpr double kEvenly = 0.58;  // of a random walk over the way: 1 / sqrt(3)
+  const double turned = scales.turn_scale * (cut.to.turned_rad - cut.from.turned_rad);
+  const double bend = scales.gyro
+                          ? turn_of_bias(cut)
+                          : std::hypot(scales.turn_share * turned / 2, kEvenly * turn_noise(cut, scales));
+  const double aside = std::sqrt(std::max(0.0, cut.from.covariance(2, 2))) * direction.dot(across);
+  const double noise = std::hypot(position_sigma(cut, cut.from.map_T_base.rotation() * direction), aside);
+  constexpr double kHeadingShare = 0.02;  // wheels that are not aligned
+  return std::hypot(scales.distance_share * direction.dot(way),
+                    std::hypot(kHeadingShare, bend) * direction.dot(across), scales.sigmas * noise);
+}
+
+Cuts cuts_of(const std::vector<MotionSample>& window) {
+  const MotionSample& first = window.front();
+  const MotionSample& last = window.back();
+  const auto in_thirds = [&](double MotionSample::*const sum) -> std::array<Cut, 3> {
+    const auto at = [&](double share) -> const MotionSample& {
+      const double value = first.*sum + share * (last.*sum - first.*sum);
+      return *std::ranges::lower_bound(window, value - 1e-9, {}, sum);
+    };
+    const MotionSample& one = at(1.0 / 3);
+    const MotionSample& two = at(2.0 / 3);
+    return {Cut{first, one}, Cut{one, two}, Cut{two, last}};
+  };
+  return {{first, last}, in_thirds(&MotionSample::moving_s), in_thirds(&MotionSample::path_m)};
+}
+
+/// Sums of a line y = a + s x.
+struct LineSums {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+};
+
+std::optional<double> heading_at(std::span<const HeadingAt> all, double time_s) {
+  const auto after = std::ranges::lower_bound(all, time_s, {}, &HeadingAt::time_s);
+  if (after == all.begin() || after == all.end()) return std::nullopt;
+  const HeadingAt& b = *after;
+  const HeadingAt& a = *std::prev(after);
+  return a.yaw_rad + (b.yaw_rad - a.yaw_rad) * (time_s - a.time_s) / (b.time_s - a.time_s);
+}
+
+struct Fit {
+  double scale = 0;
+  double rms_rad = 0;
+};
+
+std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const HeadingAt> odometry,
+                       double delay_s, double most_s) {
+  LineSums sums;
+  for (const HeadingAt& seen : pictures) {
+    if (!heading_at(odometry, seen.time_s - most_s)) continue;  // the same pictures for all delays
+    const auto turned = heading_at(odometry, seen.time_s - delay_s);
+    if (!turned) continue;
+    const double x = *turned - odometry.front().yaw_rad;
+    const double y = seen.yaw_rad - pictures.front().yaw_rad;
+    sums.n += 1;
+    sums.x += x;
+    sums.y += y;
+    sums.xx += x * x;
+    sums.xy += x * y;
+    sums.yy += y * y;
+  }
+  constexpr double kFewest = 30;
+  if (sums.n < kFewest) return std::nullopt;
+  const double xx = sums.xx - sums.x * sums.x / sums.n;
+  const double xy = sums.xy - sums.x * sums.y / sums.n;
+  const double yy = sums.yy - sums.y * sums.y / sums.n;
+  constexpr double kTurned_rad = 0.1;
+  if (xx < sums.n * kTurned_rad * kTurned_rad) return std::nullopt;
+  return Fit{xy / xx, std::sqrt(std::max(0.0, yy - xy * xy / xx) / sums.n)};
+}
+
+}  // namespace
+
+std::optional<PictureDelay> find_delay(std::span<const HeadingAt> pictures,
+                                       std::span<const HeadingAt> odometry, double most_s) {
+  constexpr double kStep_s = 0.02;
+  constexpr double kLeastScale = 0.15;
+  constexpr double kTelling_rad = 0.03;  // what a delay must explain
+  constexpr double kBetter = 3;
+  const auto undelayed = fit(pictures, odometry, 0, most_s);
+  if (!undelayed || undelayed->rms_rad < kTelling_rad) return std::nullopt;
+  PictureDelay best{.rms_rad = undelayed->rms_rad, .rms_undelayed_rad = undelayed->rms_rad};
+  double scale = undelayed->scale;
+  for (double delay_s = kStep_s; delay_s < most_s; delay_s += kStep_s) {
+    const auto found = fit(pictures, odometry, delay_s, most_s);
+    if (!found || found->rms_rad >= best.rms_rad) continue;
+    best.delay_s = delay_s;
+    best.rms_rad = found->rms_rad;
+    scale = found->scale;
+  }
+  const bool ends = best.delay_s + 2 * kStep_s > most_s;  // a longer one may fit better yet
+  if (ends || scale < kLeastScale || kBetter * best.rms_rad > best.rms_undelayed_rad) return std::nullopt;
+  return best;
+}
+
+namespace {
+
+/// Commands: batteries sag, and motors differ from their model by a share and by a time.
+constexpr double kMotorShare = 0.25;
+constexpr double kMotorTime_s = 0.2;
+/// Deviations that count as the uncertainty of an estimate.
+constexpr double kSigmas = 2;
+
+std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const ConsistencyOptions& options) {
+  const auto difference = [](const Cut& c) {
+    return (c.to.wheels_m - c.from.wheels_m) - (c.to.commanded_m - c.from.commanded_m);
+  };
+  const Cut& all = cuts.whole;
+  const double commanded = all.to.commanded_m - all.from.commanded_m;
+  const double limit = options.contradiction_m + kMotorShare * std::abs(commanded) +
+                       kMotorTime_s * (all.to.ramp_m_s - all.from.ramp_m_s);
+  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  return Contradiction{.one = MotionSource::Commands,
+                       .other = MotionSource::Wheels,
+                       .one_moved = commanded,
+                       .other_moved = all.to.wheels_m - all.from.wheels_m,
+                       .apart = std::abs(difference(all))};
+}
+
+/// A robot that does not turn as it is asked, by as much as it has done so far.
+std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const MotionScales& scales,
+                                                  const ConsistencyOptions& options) {
+  const auto commanded = [&](const Cut& c) {
+    return scales.command_scale * (c.to.commanded_rad - c.from.commanded_rad);
+  };
+  const auto turned = [&](const Cut& c) {
+    return scales.gyro ? c.to.gyro_rad - c.from.gyro_rad : c.to.wheels_rad - c.from.wheels_rad;
+  };
+  const auto difference = [&](const Cut& c) { return turned(c) - commanded(c); };
+  const Cut& all = cuts.whole;
+  const double limit = options.contradiction_rad + scales.command_share * std::abs(commanded(all)) +
+                       kMotorTime_s * (all.to.ramp_rad_s - all.from.ramp_rad_s) + turn_of_bias(all);
+  // One that turns without being asked was pushed: find_push().
+  const bool asked = std::abs(commanded(all)) > limit && commanded(all) * difference(all) < 0;
+  if (!asked || !lasts(cuts, limit, difference)) return std::nullopt;
+  return Contradiction{.one = MotionSource::Commands,
+                       .other = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
+                       .turning = true,
+                       .one_moved = all.to.commanded_rad - all.from.commanded_rad,
+                       .other_moved = turned(all),
+                       .apart = std::abs(difference(all))};
+}
+
+std::optional<Contradiction> wheels_and_gyro(const Cuts& cuts, const MotionScales& scales,
+                                             const ConsistencyOptions& options) {
+  if (!scales.gyro) return std::nullopt;
+  const auto wheels = [&](const Cut& c) { return scales.turn_scale * (c.to.wheels_rad - c.from.wheels_rad); };
+  const auto gyro = [](const Cut& c) { return c.to.gyro_rad - c.from.gyro_rad; };
+  const auto difference = [&](const Cut& c) { return gyro(c) - wheels(c); };
+  const Cut& all = cuts.whole;
+  const double larger = std::max(std::abs(wheels(all)), std::abs(gyro(all)));
+  const double limit = options.contradiction_rad +
+                       std::hypot(scales.turn_share * larger, turn_noise(all, scales), turn_of_bias(all));
+  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  Contradiction found{.one = MotionSource::Wheels,
+                      .other = MotionSource::Gyro,
+                      .turning = true,
+                      .one_moved = wheels(all),
+                      .other_moved = gyro(all),
+                      .apart = std::abs(difference(all))};
+  if (!all.from.tags || !all.to.tags) return found;
+  const double tags = turned_by_tags(all);
+  const bool with_wheels = std::abs(tags - found.one_moved) < found.apart / 3;
+  const bool with_gyro = std::abs(tags - found.other_moved) < found.apart / 3;
+  if (with_wheels) found.culprit = MotionSource::Gyro;
+  if (with_gyro) found.culprit = MotionSource::Wheels;
+  return found;
+}
+
+std::optional<Contradiction> turns_and_tags(const Cuts& cuts, const MotionScales& scales,
+                                            const ConsistencyOptions& options) {
+  const Cut& all = cuts.whole;
+  const auto difference = [](const Cut& c) { return straight(turned_by_tags(c) - turned_by_odometry(c)); };
+  const double limit = options.contradiction_rad + doubt_of_turn(all, scales);
+  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  Contradiction found{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
+                      .other = MotionSource::Tags,
+                      .turning = true,
+                      .one_moved = turned_by_odometry(all),
+                      .other_moved = turned_by_tags(all),
+                      .apart = std::abs(difference(all))};
+  // The turn of odometry is no third source: most drivers make it of the same gyro.
+  return found;
+}
+
+std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales& scales,
+                                           const ConsistencyOptions& options) {
+  const Cut& all = cuts.whole;
+  const Eigen::Vector2d whole = apart(all);
+  const Eigen::Vector2d direction = whole.normalized();
+  const auto difference = [&](const Cut& c) {
+    const double turn = straight(c.from.map_T_base.yaw() - all.from.map_T_base.yaw());
+    return direction.dot(Eigen::Rotation2Dd(turn) * apart(c));
+  };
+  const double limit = options.contradiction_m + doubt_of_way(all, direction, scales);
+  const Eigen::Vector2d map_direction = all.from.map_T_base.rotation() * direction;
+  const auto deviation = [&](const Cut& c) { return position_sigma(c, map_direction); };
+  if (whole.norm() <= limit || !lasts(cuts, limit, difference, deviation)) return std::nullopt;
+  Contradiction found{.one = MotionSource::Wheels,
+                      .other = MotionSource::Tags,
+                      .one_moved = (all.from.odom_T_base.inverse() * all.to.odom_T_base).translation().norm(),
+                      .other_moved = (all.from.map_T_base.inverse() * all.to.map_T_base).translation().norm(),
+                      .apart = whole.norm()};
+  // Tags that see the turn of the gyro are alive: then it is the wheels that are wrong.
+  constexpr double kTellingTurn = 0.15;
+  const double gyro = all.to.gyro_rad - all.from.gyro_rad;
+  if (scales.gyro && std::abs(gyro) > kTellingTurn &&
+      std::abs(turned_by_tags(all) - gyro) < std::abs(gyro) / 3)
+    found.culprit = MotionSource::Wheels;
+  return found;
+}
+
+/// How far a value lies outside of what lies between nothing and a turn.
+double beyond(double value, double turn) {
+  return std::max({0.0, value - std::max(0.0, turn), std::min(0.0, turn) - value});
+}
+
+/// A turn that the gyro does not know of, or that slipping wheels cannot have made.
+std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& scales,
+                                           const ConsistencyOptions& options) {
+  const double by_tags = turned_by_tags(cut);
+  const double by_odometry = turned_by_odometry(cut);
+  const double apart_rad =
+      scales.gyro ? std::abs(straight(by_tags - by_odometry)) : beyond(by_tags, by_odometry);
+  if (!(apart_rad > options.pushed_rad + doubt_of_turn(cut, scales))) return std::nullopt;
+  return Contradiction{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
+                       .other = MotionSource::Tags,
+                       .turning = true,
+                       .carried = true,
+                       .one_moved = by_odometry,
+                       .other_moved = by_tags,
+                       .apart = apart_rad};
+}
+
+/// A turn by the gyro beyond what was commanded.
+std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& scales,
+                                            const ConsistencyOptions& options) {
+  if (!scales.gyro) return std::nullopt;
+  constexpr double kMostGain = 1.3;
+  constexpr double kRamp_s = 0.15;
+  const double commanded = kMostGain * (cut.to.commanded_rad - cut.from.commanded_rad);
+  const double turned = cut.to.gyro_rad - cut.from.gyro_rad;
+  const double apart_rad = beyond(turned, commanded);
+  const double ramp_rad = kRamp_s * (cut.to.ramp_rad_s - cut.from.ramp_rad_s);
+  if (!(apart_rad > options.pushed_rad + ramp_rad + turn_of_bias(cut))) return std::nullopt;
+  return Contradiction{.one = MotionSource::Commands,
+                       .other = MotionSource::Gyro,
+                       .turning = true,
+                       .carried = true,
+                       .one_moved = commanded / kMostGain,
+                       .other_moved = turned,
+                       .apart = apart_rad};
+}
+
+std::optional<Contradiction> pushed(const Cut& cut, const MotionScales& scales,
+                                    const ConsistencyOptions& options) {
+  const Eigen::Vector2d by_odometry = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
+  const Eigen::Vector2d by_tags = (cut.from.map_T_base.inverse() * cut.to.map_T_base).translation();
+  const double share =
+      std::clamp(by_tags.dot(by_odometry) / std::max(1e-6, by_odometry.squaredNorm()), 0.0, 1.0);
+  const Eigen::Vector2d rest = by_tags - share * by_odometry;
+  const Eigen::Vector2d whole = by_tags - by_odometry;
+  constexpr double kSudden = 1.8;  // what need not last may be a tag that hangs elsewhere
+  const auto doubt = [&](const Eigen::Vector2d& way) {
+    return kSudden * doubt_of_way(cut, way.normalized(), scales);
+  };
+  const bool slipped = whole.norm() > options.slipped_m + doubt(whole);
+  const bool carried = rest.norm() > options.pushed_m + doubt(rest);
+  if (!carried && !slipped) return std::nullopt;
+  return Contradiction{.one = MotionSource::Wheels,
+                       .other = MotionSource::Tags,
+                       .carried = carried,
+                       .one_moved = by_odometry.norm(),
+                       .other_moved = by_tags.norm(),
+                       .apart = carried ? rest.norm() : whole.norm()};
+}
+
+std::optional<Contradiction> tags_and_odometry(const Cuts& cuts, const MotionScales& scales,
+                                               const ConsistencyOptions& options) {
+  const auto tagged = [](const Cut& cut) { return cut.from.tags && cut.to.tags; };
+  if (!std::ranges::all_of(cuts.by_time, tagged) || !std::ranges::all_of(cuts.by_way, tagged))
+    return std::nullopt;
+  if (auto turning = turns_and_tags(cuts, scales, options)) return turning;
+  return ways_and_tags(cuts, scales, options);
+}
+
+}  // namespace
+
+std::optional<Contradiction> find_contradiction(const std::vector<MotionSample>& window,
+                                                const MotionScales& scales,
+                                                const ConsistencyOptions& options) {
+  constexpr double kStep_s = 0.1;
+  if (window.size() < 4) return std::nullopt;
+  const double over_s = window.back().moving_s - window.front().moving_s;
+  if (over_s < options.window_s - kStep_s) return std::nullopt;
+  const auto cuts = cuts_of(window);
+  std::optional<Contradiction> found = commands_and_wheels(cuts, options);
+  if (!found) found = wheels_and_gyro(cuts, scales, options);
+  if (!found) found = commanded_and_turned(cuts, scales, options);
+  if (!found) found = tags_and_odometry(cuts, scales, options);
+  if (found) found->over_s = over_s;
+  return found;
+}
+
+std::optional<Contradiction> find_tag_contradiction(const std::vector<MotionSample>& window,
+                                                    const MotionScales& scales,
+                                                    const ConsistencyOptions& options) {
+  if (window.size() < 4) return std::nullopt;
+  auto found = tags_and_odometry(cuts_of(window), scales, options);
+  if (found) found->over_s = window.back().moving_s - window.front().moving_s;
+  return found;
+}
+
+std::optional<Contradiction> find_push(const MotionSample& before, const MotionSample& after,
+                                       const MotionScales& scales, const ConsistencyOptions& options) {
+  if (!before.tags || !after.tags) return std::nullopt;
+  const Cut cut{before, after};
+  auto found = pushed(cut, scales, options);
+  if (!found) found = turned_unseen(cut, scales, options);
+  if (!found) found = turned_unasked(cut, scales, options);
+  if (found) found->over_s = after.moving_s - before.moving_s;
+  return found;
+}
+
+std::optional<Contradiction> find_carry(const MotionSample& before, const MotionSample& after, double stood_s,
+                                        const ConsistencyOptions& options) {
+  if (!before.tags || !after.tags) return std::nullopt;
+  const Cut cut{before, after};
+  const double way = apart(cut).norm();
+  const double turn = std::abs(straight(turned_by_tags(cut) - turned_by_odometry(cut)));
+  const double noise = 2 * kSigmas * yaw_sigma(cut) / std::numbers::sqrt2;
+  const bool turning = turn > options.contradiction_rad + std::hypot(noise, turn_of_bias(cut));
+  const double limit = options.contradiction_m + kSigmas * (largest_sigma(before) + largest_sigma(after));
+  if (!turning && !(way > limit)) return std::nullopt;
+  return Contradiction{.one = MotionSource::Wheels,
+                       .other = MotionSource::Tags,
+                       .turning = turning,
+                       .one_moved = 0,
+                       .other_moved = turning ? turned_by_tags(cut) : way,
+                       .apart = turning ? turn : way,
+                       .over_s = stood_s};
+}
+
+namespace {
+
+const char* name_of(MotionSource source) {
+  constexpr std::array<const char*, 4> kNames{"commands", "wheels", "gyro", "tags"};
+  return kNames[static_cast<std::size_t>(source)];
+}
+
+std::string explanation(const Contradiction& found) {
+  if (found.carried && found.one == MotionSource::Wheels && !found.turning)
+    return "Slipping wheels do not explain it: was the robot carried, or do the encoders stand still?";
+  if (found.carried) return "Neither commands nor slipping wheels explain it: was the robot carried?";
+  if (found.one == MotionSource::Commands && found.turning)
+    return "Is the robot held or blocked, or do the motors not obey?";
+  if (found.one == MotionSource::Commands) return "The wheels are blocked, or the motors do not obey.";
+  if (found.culprit == MotionSource::Gyro) return "The tags say that the gyro is wrong.";
+  if (found.culprit == MotionSource::Wheels)
+    return found.other == MotionSource::Gyro
+               ? "The tags say that the wheels are wrong: do they spin?"
+               : "The gyro agrees with the tags: do the wheels spin, is the robot "
+                 "held, or was it carried?";
+  if (found.one == MotionSource::Gyro)
+    return "Does the gyro stand still, is the robot held, does the camera repeat an old picture, or are its "
+           "pictures late?";
+  return "Do the wheels spin, is the robot held or was it carried, or does the camera repeat an old picture?";
+}
+
+}  // namespace
+
+std::string to_words(const Contradiction& found) {
+  if (found.repeats_s > 0)
+    return fmt::format(
+        "the {} has repeated the same value for {:.1f} s while the robot was asked to turn otherwise: does "
+        "it "
+        "stand still? Look at the robot, then resume",
+        name_of(found.one), found.repeats_s);
+  if (found.late_s > 0)
+    return fmt::format(
+        "turns seen by tags follow those of the {} by {:.2f} s: the pictures are stamped too late. Stamp "
+        "them "
+        "with the middle of their exposure, or give their delay (--camera-latency-s). Look at the robot, "
+        "then "
+        "resume",
+        name_of(found.one), found.late_s);
+  const auto amount = [&](double moved) {
+    return found.turning ? fmt::format("{:.0f} deg", to_degrees(moved)) : fmt::format("{:.2f} m", moved);
+  };
+  return fmt::format(
+      "{} and {} disagree: {} against {} in {:.1f} s, {} apart. {} Look at the robot, then resume",
+      name_of(found.one), name_of(found.other), amount(found.one_moved), amount(found.other_moved),
+      found.over_s, amount(found.apart), explanation(found));
+}
+
+namespace {
+
+/// Way [m^2] and turns [rad^2] that the first belief in a scale is worth.
+constexpr double kWayPrior = 0.25;
+constexpr double kTurnPrior = 0.05;
+constexpr double kForget_m = 8;
+/// Share of the commanded turn that an unknown robot turns, and how uncertain that is.
+constexpr double kCommandGain = 0.7;
+constexpr double kUnknownCommand = 0.6;
+constexpr Duration kHistory = std::chrono::seconds(10);
+
+}  // namespace
+
+OdometryPrior odometry_prior(const Calibration& calibration) {
+  constexpr double kWithin = 3;         // standard deviations
+  constexpr double kLeastShare = 0.02;  // the way is another, and so is the load
+  OdometryPrior prior;
+  const auto take = [&](const char* name, double& scale, double& share) {
+    const auto known = calibration.known(name);
+    if (!known || !(*known > 0)) return;
+    scale = *known;
+    share = std::min(share, std::max(kLeastShare, kWithin * calibration.values.at(name).sigma / *known));
+  };
+  take("odometry_scale", prior.distance_scale, prior.distance_share);
+  take("yaw_gain", prior.turn_scale, prior.turn_share);
+  prior.turn_noise_sqrt_m = calibration.known("yaw_noise_rad_sqrt_m").value_or(0);
+  return prior;
+}
+
+bool MotionSums::add(const Odometry& odometry) {
+  bool follows = true;
+  if (odometry_) {
+    const SE2 moved = odometry_->odom_T_base.inverse() * odometry.odom_T_base;
+    const double gap_s = to_seconds(odometry.stamp - odometry_->stamp);
+    if (!(gap_s > 0 && gap_s < 1)) {  // another clock, or a gap that nobody can bridge
+      samples_.clear();
+      history_.clear();
+      follows = false;
+    }
+    now_.wheels_m += moved.x();
+    now_.wheels_rad += moved.yaw();
+    now_.path_m += moved.translation().norm();
+    now_.turned_rad += std::abs(moved.yaw());
+    const double turn = scales().gyro ? 0.0 : scales().turn_scale * moved.yaw();
+    now_.odom_T_base =
+        now_.odom_T_base * SE2::exp({distance_scale_ * moved.x(), distance_scale_ * moved.y(), turn});
+  }
+  odometry_ = odometry;
+  if (!zero_) zero_ = odometry.stamp;
+  history_.push_back({odometry.stamp, now_});
+  while (odometry.stamp - history_.front().stamp > kHistory) history_.pop_front();
+  return follows;
+}
+
+void MotionSums::add(const ImuSample& imu) {
+  const double dt_s = imu_ ? to_seconds(imu.stamp - *imu_) : 0;
+  imu_ = imu.stamp;
+  ++repeats_;
+  if (imu.angular_velocity_rad_s.z() != repeated_.angular_velocity_rad_s.z() || dt_s <= 0) {
+    repeated_ = imu;
+    repeats_ = 0;
+    ramp_before_ = now_.ramp_rad_s;
+  }
+  if (!(dt_s > 0 && dt_s < kMotionGap_s)) return;
+  const double turned = imu.angular_velocity_rad_s.z() * dt_s;
+  now_.gyro_rad += turned;
+  now_.gyro_s += dt_s;
+  now_.odom_T_base = now_.odom_T_base * SE2(0, 0, turned);
+}
+
+double MotionSums::gyro_repeats_s() const {
+  constexpr int kFewest = 10;
+  constexpr double kOtherwise_rad_s = 0.1;
+  const bool otherwise = now_.ramp_rad_s - ramp_before_ > kOtherwise_rad_s;
+  return imu_ && otherwise && repeats_ >= kFewest ? to_seconds(*imu_ - repeated_.stamp) : 0;
+}
+
+void MotionSums::command(const VelocityCommand& sent, double dt_s) {
+  dt_s_ = std::isfinite(dt_s) ? std::clamp(dt_s, 0.0, 0.5) : 0.0;
+  const auto share = [&](double lag_s) { return lag_s > 0 ? 1 - std::exp(-dt_s_ / lag_s) : 1.0; };
+  now_.ramp_m_s += std::abs(sent.speed_m_s - commanded_.speed_m_s);
+  now_.ramp_rad_s += std::abs(sent.yaw_rate_rad_s - commanded_.yaw_rate_rad_s);
+  commanded_ = sent;
+  motor_m_s_ += (sent.speed_m_s - motor_m_s_) * share(actuators_.speed_lag_s);
+  motor_rad_s_ += (sent.yaw_rate_rad_s - motor_rad_s_) * share(actuators_.yaw_rate_lag_s);
+  now_.commanded_m += motor_m_s_ * dt_s_;
+  now_.commanded_rad += motor_rad_s_ * dt_s_;
+}
+
+Standing MotionSums::observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags) {
+  now_.map_T_base = map_T_base;
+  now_.covariance = covariance;
+  now_.tags = tags;
+  estimated_ = true;
+  return keep();
+}
+
+Standing MotionSums::observe_nothing() {
+  now_.tags = false;
+  return estimated_ ? keep() : Standing{};
+}
+
+/// Standing adds nothing: the sample before it stays the newest, so that the next motion is held against it.
+Standing MotionSums::keep() {
+  constexpr double kCreep_m_s = 0.01;
+  constexpr double kCreep_rad_s = 0.05;
+  if (samples_.empty()) {
+    learnt_to_.reset();
+    samples_.push_back(now_);
+    return {};
+  }
+  const MotionSample& last = samples_.back();
+  constexpr double kStood_s = 0.3;
+  // A tick of an encoder does not end a standstill: a carry would be cut in two, and each part pass for
+  // noise.
+  constexpr double kMoved_m = 0.005;
+  constexpr double kMoved_rad = 0.05;
+  const SE2 since = last.odom_T_base.inverse() * now_.odom_T_base;
+  const bool creeps = stood_s_ > kStood_s
+                          ? since.translation().norm() > kMoved_m || std::abs(since.yaw()) > kMoved_rad
+                          : std::abs(now_.path_m - last.path_m) > kCreep_m_s * dt_s_ ||
+                                std::abs(now_.turned_rad - last.turned_rad) > kCreep_rad_s * dt_s_;
+  if (!creeps && std::abs(motor_m_s_) <= kCreep_m_s) {
+    stood_s_ += dt_s_;
+    return {.stands = stood_s_ > kStood_s};
+  }
+  Standing standing;
+  if (stood_s_ > kStood_s) standing.over = {last, now_, stood_s_};
+  stood_s_ = 0;
+  now_.moving_s += dt_s_;
+  samples_.push_back(now_);
+  while (samples_.size() > 2 && samples_[1].moving_s <= now_.moving_s - kept_s_) {
+    learn(samples_.front());
+    samples_.pop_front();
+  }
+  return standing;
+}
+
+/// From the motion that has left the window, half a metre at a time.
+void MotionSums::learn(const MotionSample& gone) {
+  constexpr double kStep_m = 0.3;
+  constexpr double kStep_rad = 0.3;
+  if (!gone.tags) return learnt_to_.reset();
+  if (!learnt_to_) {
+    learnt_to_ = gone;
+    return;
+  }
+  const Cut cut{*learnt_to_, gone};
+  const double path = gone.path_m - learnt_to_->path_m;
+  const double turned = gone.turned_rad - learnt_to_->turned_rad;
+  if (path < kStep_m && turned < kStep_rad) return;
+  const double way =
+      (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation().norm() / distance_scale_;
+  const double way_by_tags = (cut.from.map_T_base.inverse() * cut.to.map_T_base).translation().norm();
+  const double keep = std::exp(-path / kForget_m);
+  way_way_ = keep * way_way_ + way * way;
+  way_tags_ = keep * way_tags_ + way * way_by_tags;
+  const double known = odometry_prior_.distance_scale;
+  const double scale = (way_tags_ + known * kWayPrior) / (way_way_ + kWayPrior);
+  distance_scale_ = std::clamp(scale, 0.85 * known, 1.15 * known);
+  const double wheels = cut.to.wheels_rad - cut.from.wheels_rad;
+  const double truly = scales().gyro ? cut.to.gyro_rad - cut.from.gyro_rad : turned_by_tags(cut);
+  turn_turn_ = keep * turn_turn_ + wheels * wheels;
+  turn_true_ = keep * turn_true_ + wheels * truly;
+  const double commanded = cut.to.commanded_rad - cut.from.commanded_rad;
+  const double turned_by_robot = scales().gyro ? truly : wheels;
+  command_command_ = keep * command_command_ + commanded * commanded;
+  command_true_ = keep * command_true_ + commanded * turned_by_robot;
+  learnt_to_ = gone;
+}
+
+MotionScales MotionSums::scales() const {
+  MotionScales scales;
+  scales.gyro = imu_ && odometry_ && std::abs(to_seconds(odometry_->stamp - *imu_)) < kMotionGap_s;
+  const OdometryPrior& prior = odometry_prior_;
+  scales.distance_share += prior.distance_share * kWayPrior / (kWayPrior + way_way_);
+  scales.turn_share += prior.turn_share * kTurnPrior / (kTurnPrior + turn_turn_);
+  scales.turn_scale = (turn_true_ + prior.turn_scale * kTurnPrior) / (turn_turn_ + kTurnPrior);
+  scales.turn_noise_sqrt_m = prior.turn_noise_sqrt_m;
+  scales.command_scale = (command_true_ + kCommandGain * kTurnPrior) / (command_command_ + kTurnPrior);
+  scales.command_share += kUnknownCommand * kTurnPrior / (kTurnPrior + command_command_);
+  return scales;
+}
+
+std::optional<MotionSample> MotionSums::at(SensorTime stamp) const {
+  constexpr Duration kAfter = std::chrono::milliseconds(60);
+  const auto after = std::ranges::lower_bound(history_, stamp, {}, &StampedSums::stamp);
+  if (after == history_.begin()) return std::nullopt;
+  const auto before = std::prev(after);
+  if (after == history_.end())
+    return stamp - before->stamp < kAfter ? std::optional(before->sums) : std::nullopt;
+  const double share = to_seconds(stamp - before->stamp) / to_seconds(after->stamp - before->stamp);
+  const MotionSample& a = before->sums;
+  const MotionSample& b = after->sums;
+  MotionSample sums = b;
+  for (double MotionSample::*const sum :
+       {&MotionSample::commanded_m, &MotionSample::ramp_m_s, &MotionSample::commanded_rad,
+        &MotionSample::ramp_rad_s, &MotionSample::wheels_m, &MotionSample::wheels_rad,
+        &MotionSample::gyro_rad, &MotionSample::gyro_s, &MotionSample::path_m, &MotionSample::turned_rad})
+    sums.*sum = a.*sum + share * (b.*sum - a.*sum);
+  sums.odom_T_base = a.odom_T_base * SE2::exp(share * (a.odom_T_base.inverse() * b.odom_T_base).log());
+  return sums;
+}
+
+void MotionSums::forget() {
+  samples_.clear();
+  stood_s_ = 0;
+}
+
 namespace {
 
 /// Deviations that count as the uncertainty of a pose by the tags of one picture.
@@ -85,7 +797,7 @@ void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {
   if (!headings_.empty() && time_s <= headings_.back().time_s) return;
   if (!headings_.empty() && time_s - headings_.back().time_s > kUnseen_s) headings_.clear();
   const double before = headings_.empty() ? yaw_rad : headings_.back().yaw_rad;
-  headings_.push_back({time_s, before + internal::straight(yaw_rad - before)});
+  headings_.push_back({time_s, before + straight(yaw_rad - before)});
   look_for_delay();
 }
 

@@ -1,6 +1,7 @@
 #include "waymark/replay/route_builder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -8,10 +9,221 @@
 
 #include <fmt/format.h>
 #include <Eigen/Core>
+#include <Eigen/SparseCholesky>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/replay/lap_closing.hpp"
-#include "waymark/replay/line_smoothing.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+double angle_between(double from, double to) {
+  return std::abs(std::remainder(to - from, 2 * std::numbers::pi));
+}
+
+/// The direction driven about each point, over a distance that the noise of single points does not turn.
+std::vector<double> directions(const std::vector<Eigen::Vector2d>& line, double step_m) {
+  constexpr double kReachMetres = 0.25;
+  const auto reach = static_cast<std::size_t>(std::max(1L, std::lround(kReachMetres / step_m)));
+  std::vector<double> angles(line.size());
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const Eigen::Vector2d d = line[std::min(i + reach, line.size() - 1)] - line[i - std::min(i, reach)];
+    angles[i] = std::atan2(d.y(), d.x());
+  }
+  return angles;
+}
+
+/// An even line with the directions of its points.
+class DrivenLine {
+ public:
+  DrivenLine(const std::vector<Eigen::Vector2d>& line, double step_m, const LapClosing& closing)
+      : line_(line), angles_(directions(line, step_m)), closing_(closing) {
+    window_ = 1 + static_cast<std::size_t>(std::ceil(closing.distance_m / step_m));
+  }
+
+  /// Per visit of the start, in the direction of the start, the point nearest to it. The line leaves the
+  /// start between two visits.
+  [[nodiscard]] std::vector<std::size_t> returns() const {
+    std::vector<std::size_t> all;
+    bool left = false;
+    double nearest_m = closing_.distance_m;
+    for (std::size_t i = 1; i < line_.size(); ++i) {
+      const double distance_m = (line_[i] - line_[0]).norm();
+      if (distance_m > 2 * closing_.distance_m) {
+        left = true;
+        nearest_m = closing_.distance_m;
+      }
+      if (distance_m >= nearest_m || !same_direction(0, i)) continue;
+      if (left)
+        all.push_back(i);
+      else if (!all.empty())
+        all.back() = i;
+      else
+        continue;
+      left = false;
+      nearest_m = distance_m;
+    }
+    return all;
+  }
+
+  /// Whether the line from point `loop` on follows the points before it, from the first one. Departures that
+  /// are shorter than the closing distance are noise, such as that of a trajectory by single tags.
+  [[nodiscard]] bool rest_repeats(std::size_t loop) const {
+    std::size_t at = 0;
+    std::size_t departed = 0;  // points
+    for (std::size_t i = loop; i < line_.size(); ++i) {
+      const auto next = nearest_ahead(i, at, loop);
+      departed = next ? 0 : departed + 1;
+      if (departed > window_) return false;
+      at = next ? *next : (at + 1) % loop;
+    }
+    return true;
+  }
+
+ private:
+  [[nodiscard]] bool same_direction(std::size_t i, std::size_t j) const {
+    return angle_between(angles_[i], angles_[j]) < closing_.angle_rad;
+  }
+
+  /// The point of the loop, from `at` on, that is nearest to point `i` and has its direction.
+  [[nodiscard]] std::optional<std::size_t> nearest_ahead(std::size_t i, std::size_t at,
+                                                         std::size_t loop) const {
+    std::optional<std::size_t> nearest;
+    double nearest_m = closing_.distance_m;
+    for (std::size_t k = 0; k < std::min(window_, loop); ++k) {
+      const std::size_t j = (at + k) % loop;
+      const double distance_m = (line_[i] - line_[j]).norm();
+      if (distance_m >= nearest_m || !same_direction(i, j)) continue;
+      nearest = j;
+      nearest_m = distance_m;
+    }
+    return nearest;
+  }
+
+  const std::vector<Eigen::Vector2d>& line_;
+  std::vector<double> angles_;
+  LapClosing closing_;
+  std::size_t window_ = 0;  ///< points
+};
+
+}  // namespace
+
+EvenLine even_steps(const std::vector<Eigen::Vector2d>& points, double step_m) {
+  EvenLine even;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (even.points.empty()) {
+      even.points.push_back(points[i]);
+      even.sources.push_back(i);
+    }
+    while ((points[i] - even.points.back()).norm() >= step_m) {
+      const Eigen::Vector2d last = even.points.back();
+      even.points.emplace_back(last + (points[i] - last).normalized() * step_m);
+      even.sources.push_back(i);
+    }
+  }
+  return even;
+}
+
+std::optional<std::size_t> points_of_first_loop(const std::vector<Eigen::Vector2d>& even, double step_m,
+                                                const LapClosing& closing) {
+  if (even.size() < 2) return std::nullopt;
+  const DrivenLine line(even, step_m, closing);
+  for (const std::size_t loop : line.returns())
+    if (line.rest_repeats(loop)) return loop;
+  return std::nullopt;
+}
+
+}  // namespace waymark
+
+namespace waymark::internal {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+/// Adds weight * |difference of `row` at point i|^2 to the normal equations.
+template <std::size_t N>
+void add_rows(Triplets& triplets, const std::array<double, N>& row, std::ptrdiff_t n, bool closed,
+              const std::vector<double>& weight) {
+  const auto width = static_cast<std::ptrdiff_t>(N);
+  for (std::ptrdiff_t i = 0; i < (closed ? n : n - width + 1); ++i) {
+    for (std::ptrdiff_t a = 0; a < width; ++a) {
+      for (std::ptrdiff_t b = 0; b < width; ++b) {
+        triplets.emplace_back((i + a) % n, (i + b) % n,
+                              weight[static_cast<std::size_t>(i)] * row[static_cast<std::size_t>(a)] *
+                                  row[static_cast<std::size_t>(b)]);
+      }
+    }
+  }
+}
+
+Line solve(const Line& line, bool closed, const std::vector<double>& third,
+           const std::vector<double>& second) {
+  const auto n = static_cast<std::ptrdiff_t>(line.size());
+  Triplets triplets;
+  triplets.reserve(line.size() * 26);
+  Eigen::MatrixX2d b(n, 2);
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    // The ends of an open line are where the robot was put: they count more than a point on the way.
+    const double weight = !closed && (i == 0 || i + 1 == n) ? 10.0 : 1.0;
+    triplets.emplace_back(i, i, weight);
+    b.row(i) = weight * line[static_cast<std::size_t>(i)].transpose();
+  }
+  add_rows(triplets, std::array<double, 4>{-1, 3, -3, 1}, n, closed, third);
+  add_rows(triplets, std::array<double, 3>{1, -2, 1}, n, closed, second);
+  Sparse A(n, n);
+  A.setFromTriplets(triplets.begin(), triplets.end());
+  const Eigen::SimplicialLDLT<Sparse> factors(A);
+  const Eigen::MatrixX2d x = factors.solve(b);
+  Line result(line.size());
+  for (std::ptrdiff_t i = 0; i < n; ++i) result[static_cast<std::size_t>(i)] = x.row(i).transpose();
+  return result;
+}
+
+}  // namespace
+
+std::vector<double> curvatures(const Line& line, bool closed) {
+  const std::size_t n = line.size();
+  std::vector<double> all(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!closed && (i == 0 || i + 1 == n)) continue;
+    const Eigen::Vector2d a = line[i] - line[(i + n - 1) % n];
+    const Eigen::Vector2d b = line[(i + 1) % n] - line[i];
+    const double turn = std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+    all[i] = turn / std::max((a.norm() + b.norm()) / 2, 1e-9);
+  }
+  if (!closed && n > 2) {
+    all.front() = all[1];
+    all.back() = all[n - 2];
+  }
+  return all;
+}
+
+Line smooth_line(const Line& line, bool closed, double step_m, double wave_m, double max_curvature_1_m) {
+  constexpr int kRounds = 25;
+  if (line.size() < 8 || wave_m < 2 * step_m) return line;
+  const double third = std::pow(wave_m / (2 * std::numbers::pi * step_m), 6);
+  const std::vector<double> thirds(line.size(), third);
+  std::vector<double> seconds(line.size(), 0);
+  Line result = solve(line, closed, thirds, seconds);
+  if (max_curvature_1_m <= 0) return result;
+  const std::size_t n = line.size();
+  for (int round = 0; round < kRounds; ++round) {
+    bool straight_enough = true;
+    const std::vector<double> bent = curvatures(result, closed);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (std::abs(bent[i]) <= max_curvature_1_m * 0.99) continue;
+      straight_enough = straight_enough && std::abs(bent[i]) <= max_curvature_1_m;
+      const std::size_t row = (i + n - 1) % n;  // whose middle is this point
+      seconds[row] = std::max(1.0, 1.5 * seconds[row]);
+    }
+    if (straight_enough) break;
+    result = solve(line, closed, thirds, seconds);
+  }
+  return result;
+}
+
+}  // namespace waymark::internal
 
 namespace waymark {
 namespace {
@@ -161,6 +373,40 @@ Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions&
                 "Drive at least half a metre.");
   }
   return route;
+}
+
+double longest_without_tags_m(const Trajectory& lap, const std::vector<TagFrame>& frames, const TagMap& map) {
+  const auto sees_tag = [&](SensorTime stamp) {
+    const auto at_once = std::ranges::equal_range(frames, stamp, {}, &TagFrame::stamp);
+    return std::ranges::any_of(at_once, [&](const TagFrame& frame) {
+      return std::ranges::any_of(frame.detections,
+                                 [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+    });
+  };
+  double longest = 0;
+  double since = 0;
+  for (std::size_t i = 1; i < lap.size(); ++i) {
+    since += (lap[i].map_T_base.translation() - lap[i - 1].map_T_base.translation()).norm();
+    longest = std::max(longest, since);
+    if (sees_tag(lap[i].stamp)) since = 0;
+  }
+  return longest;
+}
+
+double longest_without_tags_m(const Route& route, const TagMap& map,
+                              const std::vector<MountedCamera>& cameras) {
+  double longest = 0;
+  double seen_at = 0;
+  const SE3 map_T_level = map_T_floor(map.floor);
+  for (const RoutePoint& point : route.points) {
+    longest = std::max(longest, point.arc_length_m - seen_at);
+    const SE3 map_T_base = map_T_level * lift(point.map_T_base);
+    const bool seen = std::ranges::any_of(cameras, [&](const MountedCamera& each) {
+      return !visible_tags(map, each.camera, map_T_base * each.base_T_cam).empty();
+    });
+    if (seen) seen_at = point.arc_length_m;
+  }
+  return std::max(longest, route.length_m - seen_at);
 }
 
 }  // namespace waymark

@@ -6,11 +6,14 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/route_shapes.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
 namespace {
+
+using test::circle_lap;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kStep_m = 0.01;
@@ -149,6 +152,38 @@ TEST(RouteOfALap, WithoutAClosingDistanceNothingIsCut) {
   const BuiltRoute route = route_of(drive, {.closing_distance_m = 0});
   EXPECT_FALSE(route.closed);
   EXPECT_NEAR(route.length_m, 2 * kStadium_m, 0.3);
+}
+
+TEST(RouteBuilder, ANoisyLapBecomesASmoothClosedCircle) {
+  const auto route = build_route(circle_lap(0.01, 1.1));
+  ASSERT_TRUE(route);
+  EXPECT_TRUE(route->closed);
+  EXPECT_NEAR(route->length_m, 4 * kPi, 0.15);
+  for (const RoutePoint& point : route->points) {
+    EXPECT_NEAR(point.map_T_base.translation().norm(), 2.0, 0.03);
+    EXPECT_NEAR(point.curvature_1_m, 0.5, 0.5);
+  }
+}
+
+TEST(RouteBuilder, WithoutNoiseNothingIsCut) {
+  const auto route = build_route(circle_lap(0, 1.05));
+  ASSERT_TRUE(route);
+  for (const RoutePoint& point : route->points)
+    EXPECT_NEAR(point.map_T_base.translation().norm(), 2.0, 0.003);
+}
+
+TEST(RouteBuilder, HalfALapStaysOpen) {
+  const auto route = build_route(circle_lap(0.005, 0.5));
+  ASSERT_TRUE(route);
+  EXPECT_FALSE(route->closed);
+  EXPECT_NEAR(route->length_m, 2 * kPi, 0.1);
+}
+
+TEST(RouteBuilder, StandingStillIsNoRoute) {
+  const auto route = build_route(circle_lap(0.001, 0.001));
+  ASSERT_FALSE(route);
+  EXPECT_NE(route.error().message.find("too short"), std::string::npos);
+  EXPECT_FALSE(build_route({}));
 }
 
 }  // namespace

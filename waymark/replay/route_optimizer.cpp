@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/replay/line_smoothing.hpp"
+#include "waymark/replay/route_builder.hpp"
 #include "waymark/replay/route_progress.hpp"
 #include "waymark/samples/visibility.hpp"
 

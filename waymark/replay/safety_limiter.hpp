@@ -6,6 +6,8 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/base/time.hpp"
+#include "waymark/geometry/se2.hpp"
+#include "waymark/samples/robot_model.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
@@ -124,5 +126,12 @@ struct SafetyVerdict {
 /// positive when the robot is to the left of the route, the angle when it points to its left.
 [[nodiscard]] std::optional<std::string> start_refusal(double distance_m, double heading_error_rad,
                                                        const SafetyOptions& options);
+
+/// How far the hull, widened by `margin_m` on both sides, can drive on a curve before it meets what a scan
+/// saw: forwards, or backwards when `backwards`. Infinite when nothing is in the way within `reach_m`. Points
+/// inside the hull are the robot itself. O(rays).
+[[nodiscard]] double free_way_m(const LaserScan& scan, const SE2& base_T_lidar, const Hull& hull,
+                                double curvature_1_m, bool backwards, double margin_m = 0.03,
+                                double reach_m = 3);
 
 }  // namespace waymark

@@ -1,12 +1,63 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
-#include "waymark/base/error.hpp"
-#include "waymark/sdf/sdf_scene.hpp"
+#include <Eigen/Core>
 
+#include "waymark/base/error.hpp"
+#include "waymark/geometry/se3.hpp"
+
+/// A world in SDF as plain values. Frame world: that of the file, z up.
 namespace waymark {
+
+/// A triangle and where its corners lie in the texture: u to the right, v down, both 0 to 1.
+struct TexturedTriangle {
+  std::array<Eigen::Vector3d, 3>
+      visual_p{};  ///< [m], in the frame of the visual, counter-clockwise from outside
+  std::array<Eigen::Vector2d, 3> uv{};
+};
+
+enum class SdfShape : std::uint8_t { Box, Plane, Cylinder, Sphere, Mesh, Other };
+
+/// Something that is seen.
+struct SdfVisual {
+  std::string name{};  ///< "model::link::visual"
+  SE3 world_T_visual{};
+  SdfShape shape = SdfShape::Other;
+  /// [m] Sides of the box around it, along its own axes; of a plane the third is 0.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d visual_t_centre = Eigen::Vector3d::Zero();  ///< middle of that box
+  Eigen::Vector3d visual_n_plane = Eigen::Vector3d::UnitZ();  ///< normal of a plane
+  std::string texture{};     ///< file of the picture on it; empty: none, or it was not found
+  double reflectance = 0.5;  ///< mean of its diffuse colour, 0 to 1
+  bool fixed = true;         ///< of a model that is static
+  std::vector<TexturedTriangle> mesh{};
+};
+
+struct SdfLight {
+  std::string name{};
+  std::string kind{};  ///< directional, point, spot
+  Eigen::Vector3d world_t_light = Eigen::Vector3d::Zero();
+  double intensity = 1;
+};
+
+struct SdfModelPose {
+  std::string name{};
+  SE3 world_T_model{};
+  bool fixed = true;
+};
+
+struct SdfScene {
+  std::string name{};
+  std::vector<SdfVisual> visuals{};
+  std::vector<SdfLight> lights{};
+  std::vector<SdfModelPose> models{};
+  std::vector<std::string> warnings{};  ///< of the parser, and files that were not found
+};
 
 /// The first world of a file in SDF (any version that SDFormat 12 reads), or of one that holds a model alone.
 /// model:// and relative names are looked for in the folders, then beside the file, in `models` beside it and

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "waymark/sdf/sdf_scene.hpp"
+#include "waymark/sdf/read_sdf.hpp"
 
 namespace waymark {
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,6 +13,9 @@
 #include "waymark/samples/tag_detection.hpp"
 
 namespace waymark {
+
+/// Largest image accepted, 8192 x 8192 or the like; no side may exceed 32767.
+inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
 
 /// A rectangle of pixels: [x, x + width) x [y, y + height).
 struct PixelRect {

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
+#include "waymark/tags/detector/waymark_detector.hpp"
 
 namespace waymark {
 

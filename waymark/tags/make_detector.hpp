@@ -4,7 +4,6 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/tags/detector.hpp"
-#include "waymark/tags/detector_options.hpp"
 
 namespace waymark {
 

@@ -10,8 +10,7 @@
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/detector.hpp"
-#include "waymark/tags/detector_options.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 #include "waymark/tags/tag_tracker.hpp"
 
 namespace waymark {

@@ -14,8 +14,8 @@
 #include "waymark/families/family.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
-#include "waymark/tags/quads.hpp"
-#include "waymark/tags/tag_reader.hpp"
+#include "waymark/tags/detector/quads.hpp"
+#include "waymark/tags/detector/tag_reader.hpp"
 
 namespace waymark {
 namespace {

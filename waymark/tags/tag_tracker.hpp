@@ -13,7 +13,6 @@
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/detector.hpp"
-#include "waymark/tags/detector_options.hpp"
 
 namespace waymark {
 

@@ -18,7 +18,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {

@@ -13,7 +13,7 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/json_line.hpp"
 #include "waymark/base/random.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 namespace waymark {
 namespace {

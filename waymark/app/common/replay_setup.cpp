@@ -6,7 +6,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/route_file.hpp"
-#include "waymark/replay/route_gaps.hpp"
+#include "waymark/replay/route_builder.hpp"
 
 namespace waymark {
 namespace {

@@ -25,7 +25,7 @@
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/render/photograph.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 namespace waymark {
 namespace {

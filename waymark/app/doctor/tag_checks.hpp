@@ -11,7 +11,7 @@
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/samples/tag_map.hpp"
-#include "waymark/tags/expected_tag.hpp"
+#include "waymark/tags/tag_tracker.hpp"
 
 namespace waymark {
 

@@ -13,7 +13,7 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/robots/watchdog/robot_command.hpp"
-#include "waymark/tags/detector_options.hpp"
+#include "waymark/tags/detector.hpp"
 
 namespace waymark {
 

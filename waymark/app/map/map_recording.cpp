@@ -28,8 +28,7 @@
 #include "waymark/mapping/lap/map_comparison.hpp"
 #include "waymark/pipeline/pose_lap_mapper.hpp"
 #include "waymark/plot/run_figures.hpp"
-#include "waymark/replay/lap_closing.hpp"
-#include "waymark/replay/route_gaps.hpp"
+#include "waymark/replay/route_builder.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {

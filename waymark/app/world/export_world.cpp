@@ -9,8 +9,7 @@
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/sdf/write_sdf_robot.hpp"
-#include "waymark/sdf/write_sdf_world.hpp"
+#include "waymark/sdf/write_sdf.hpp"
 
 namespace waymark {
 

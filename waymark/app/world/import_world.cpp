@@ -24,7 +24,6 @@
 #include "waymark/config/world_file.hpp"
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/sdf/read_sdf.hpp"
-#include "waymark/sdf/sdf_scene.hpp"
 #include "waymark/sdf/texture_place.hpp"
 #include "waymark/tags/tag_finder.hpp"
 

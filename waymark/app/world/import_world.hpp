@@ -9,7 +9,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/sdf/sdf_scene.hpp"
+#include "waymark/sdf/read_sdf.hpp"
 #include "waymark/simulation/world/world.hpp"
 
 /// `waymark world import`: a world of Gazebo as one of ours.

@@ -6,7 +6,7 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/sdf/write_sdf_world.hpp"
+#include "waymark/sdf/write_sdf.hpp"
 
 namespace waymark {
 namespace {

@@ -16,7 +16,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/recording/message_log.hpp"
-#include "waymark/replay/lap_closing.hpp"
+#include "waymark/replay/route_builder.hpp"
 
 namespace waymark {
 namespace {

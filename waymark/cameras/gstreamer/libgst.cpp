@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "waymark/modules/shared_library.hpp"
+#include "waymark/modules/load_module.hpp"
 
 namespace waymark::internal {
 namespace {

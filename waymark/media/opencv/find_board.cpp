@@ -2,20 +2,125 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <opencv2/aruco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "waymark/base/error.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/media/opencv/marker_dictionary.hpp"
 
 namespace waymark {
+namespace {
+
+using cv::aruco::PREDEFINED_DICTIONARY_NAME;
+
+using Named = std::pair<std::string_view, PREDEFINED_DICTIONARY_NAME>;
+
+constexpr std::array<Named, 21> kDictionaries = {{{"4x4_50", cv::aruco::DICT_4X4_50},
+                                                  {"4x4_100", cv::aruco::DICT_4X4_100},
+                                                  {"4x4_250", cv::aruco::DICT_4X4_250},
+                                                  {"4x4_1000", cv::aruco::DICT_4X4_1000},
+                                                  {"5x5_50", cv::aruco::DICT_5X5_50},
+                                                  {"5x5_100", cv::aruco::DICT_5X5_100},
+                                                  {"5x5_250", cv::aruco::DICT_5X5_250},
+                                                  {"5x5_1000", cv::aruco::DICT_5X5_1000},
+                                                  {"6x6_50", cv::aruco::DICT_6X6_50},
+                                                  {"6x6_100", cv::aruco::DICT_6X6_100},
+                                                  {"6x6_250", cv::aruco::DICT_6X6_250},
+                                                  {"6x6_1000", cv::aruco::DICT_6X6_1000},
+                                                  {"7x7_50", cv::aruco::DICT_7X7_50},
+                                                  {"7x7_100", cv::aruco::DICT_7X7_100},
+                                                  {"7x7_250", cv::aruco::DICT_7X7_250},
+                                                  {"7x7_1000", cv::aruco::DICT_7X7_1000},
+                                                  {"aruco_original", cv::aruco::DICT_ARUCO_ORIGINAL},
+                                                  {"apriltag_16h5", cv::aruco::DICT_APRILTAG_16h5},
+                                                  {"apriltag_25h9", cv::aruco::DICT_APRILTAG_25h9},
+                                                  {"apriltag_36h10", cv::aruco::DICT_APRILTAG_36h10},
+                                                  {"apriltag_36h11", cv::aruco::DICT_APRILTAG_36h11}}};
+
+std::string plain(std::string_view name) {
+  constexpr std::string_view kPrefix = "dict_";
+  std::string lower(name);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  return lower.starts_with(kPrefix) ? lower.substr(kPrefix.size()) : lower;
+}
+
+/// The names of all, of each width the smallest first.
+std::vector<std::string> dictionary_names() {
+  std::vector<std::string> names;
+  names.reserve(kDictionaries.size());
+  for (const Named& one : kDictionaries) names.emplace_back(one.first);
+  return names;
+}
+
+/// A dictionary of OpenCV by its name, "4x4_50" or "DICT_4X4_50". Fails with the nearest name.
+Result<cv::Ptr<cv::aruco::Dictionary>> marker_dictionary(const std::string& name) {
+  const std::string wanted = plain(name);
+  const auto known = std::ranges::find(kDictionaries, wanted, &Named::first);
+  if (known != kDictionaries.end()) return cv::aruco::getPredefinedDictionary(known->second);
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown dictionary '{}'", name.substr(0, 60)),
+              {.key = "dictionary"}, suggestion(wanted, dictionary_names()));
+}
+
+constexpr int kAprilGridBorder = 2;  // cells
+
+std::size_t count_markers(const cv::Mat& grey, const cv::Ptr<cv::aruco::Dictionary>& dictionary,
+                          int border_cells) {
+  const auto parameters = cv::aruco::DetectorParameters::create();
+  parameters->markerBorderBits = border_cells;
+  std::vector<std::vector<cv::Point2f>> corners;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(grey, dictionary, corners, ids, parameters);
+  return std::set<int>(ids.begin(), ids.end()).size();
+}
+
+}  // namespace
+
+Result<MarkerCells> marker_cells(const std::string& name, int number) {
+  const auto dictionary = marker_dictionary(name);
+  if (!dictionary) return tl::unexpected(dictionary.error());
+  const cv::aruco::Dictionary& markers = **dictionary;
+  if (number < 0 || number >= markers.bytesList.rows)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the dictionary {} has no marker {}", plain(name), number), {.key = "dictionary"},
+                fmt::format("Its numbers are 0 to {}.", markers.bytesList.rows - 1));
+  const cv::Mat bits = cv::aruco::Dictionary::getBitsFromByteList(
+      markers.bytesList.rowRange(number, number + 1), markers.markerSize);
+  MarkerCells cells{.width = markers.markerSize};
+  for (int y = 0; y < bits.rows; ++y)
+    for (int x = 0; x < bits.cols; ++x) cells.black.push_back(bits.at<std::uint8_t>(y, x) == 0);
+  return cells;
+}
+
+std::string name_markers(const ImageView& image) {
+  constexpr std::size_t kFewest = 4;  // fewer are read into anything
+  const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
+                     static_cast<std::size_t>(image.stride));
+  std::string best;
+  std::size_t most = kFewest - 1;
+  for (const std::string& name : dictionary_names()) {  // of those that hold all, the first is the smallest
+    const std::size_t count = count_markers(grey, *marker_dictionary(name), 1);
+    if (count > most) best = name;
+    most = std::max(most, count);
+  }
+  const std::size_t grid = count_markers(grey, *marker_dictionary("apriltag_36h11"), kAprilGridBorder);
+  return grid > most ? "aprilgrid" : best;
+}
+
 namespace {
 
 constexpr double kHalfPixel = 0.5;  // OpenCV counts from the centres of pixels

@@ -8,6 +8,9 @@
 
 namespace waymark {
 
+/// What BoardFinder::name_markers() promises.
+[[nodiscard]] std::string name_markers(const ImageView& image);
+
 /// What BoardFinder::find() and marker() promise, for a board that check_board() takes.
 [[nodiscard]] Result<FoundBoard> find_board(const ImageView& image, const CalibrationBoard& board);
 [[nodiscard]] Result<MarkerCells> marker_cells(const std::string& dictionary, int number);

@@ -10,7 +10,6 @@
 #include <Eigen/LU>
 
 #include "waymark/base/random.hpp"
-#include "waymark/media/opencv/name_markers.hpp"
 
 namespace waymark {
 namespace {

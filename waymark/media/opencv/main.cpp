@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "waymark/media/opencv/find_board.hpp"
-#include "waymark/media/opencv/name_markers.hpp"
 
 namespace {
 

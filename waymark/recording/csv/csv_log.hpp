@@ -53,10 +53,7 @@ void split(std::string_view line, std::vector<std::string_view>& cells);
 /// Seconds as written, to the nanosecond: "1609357294.4184" loses nothing, as a double would.
 [[nodiscard]] std::optional<std::int64_t> seconds_as_ns(std::string_view cell);
 
-}  // namespace waymark::csv
-
-/// What a table with named columns holds, told by the names alone (docs/formats/importing.md, "CSV").
-namespace waymark::csv {
+// What a table with named columns holds, told by the names alone (docs/formats/importing.md, "CSV").
 
 enum class Kind : std::uint8_t {
   TagCorners,      ///< t, cam, tag, x0 … y3: BL, BR, TR, TL, pixel centres at integers (TagSLAM)

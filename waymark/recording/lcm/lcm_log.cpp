@@ -17,10 +17,11 @@
 /// Event logs of LCM (Lightweight Communications and Marshalling, lcm/eventlog.c): events one after another,
 /// big-endian, without header, index or checksum.
 namespace waymark::lcm {
+namespace {
 
-inline constexpr std::uint32_t kSync = 0xEDA1DA01;
-inline constexpr std::size_t kHeaderSize = 28;
-inline constexpr std::int32_t kMaxChannelName = 63;
+constexpr std::uint32_t kSync = 0xEDA1DA01;
+constexpr std::size_t kHeaderSize = 28;
+constexpr std::int32_t kMaxChannelName = 63;
 
 struct Event {
   std::uint64_t offset = 0;  ///< in the file
@@ -29,9 +30,6 @@ struct Event {
   std::string_view channel{};
   ByteSpan payload{};
 };
-
-/// Whether an event begins at these bytes, of which the file still has `rest`.
-[[nodiscard]] bool plausible_event(ByteSpan header, std::uint64_t rest);
 
 /// Reads events front to back; memory: one event and a window of a mebibyte.
 class EventReader {
@@ -59,8 +57,6 @@ class EventReader {
   std::array<std::uint8_t, kHeaderSize> header_{};
 };
 
-namespace {
-
 constexpr std::uint64_t kWindow = 1 << 20;
 
 struct Header {
@@ -87,8 +83,7 @@ std::uint64_t event_size(const Header& header) {
          static_cast<std::uint64_t>(header.payload_size);
 }
 
-}  // namespace
-
+/// Whether an event begins at these bytes, of which the file still has `rest`.
 bool plausible_event(ByteSpan bytes, std::uint64_t rest) {
   if (bytes.size() < kHeaderSize) return false;
   const Header header = parse(bytes.first(kHeaderSize));
@@ -180,6 +175,7 @@ std::optional<Event> EventReader::next(LogProblems& problems) {
   return event;
 }
 
+}  // namespace
 }  // namespace waymark::lcm
 
 namespace waymark {

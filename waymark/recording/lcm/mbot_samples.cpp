@@ -185,7 +185,7 @@ bool sound(const Tag& tag) {
   return position(tag).allFinite() && std::isfinite(norm) && std::abs(norm - 1) < 0.01;
 }
 
-Error words(std::string message, std::string hint = {}) {
+Error tag_words(std::string message, std::string hint = {}) {
   return {ErrorCode::Unsupported, std::move(message), {.key = "mbot_apriltag_array_t"}, std::move(hint)};
 }
 
@@ -234,7 +234,7 @@ void Samples::note_tag_traps(const TagArray& array) {
   const std::uint64_t count = array.tags.size();
   if (tag_latency_.count() != 0) {
     problems_.trap("mbot.publish_stamps", [&] {
-      return words(
+      return tag_words(
           fmt::format(
               "tags are stamped when they are published: {:.0f} ms are taken off for the middle of the "
               "exposure",
@@ -246,23 +246,25 @@ void Samples::note_tag_traps(const TagArray& array) {
   problems_.trap(
       "mbot.family",
       [] {
-        return words("tags say a number but no family: taken as tagCustom48h12, which the MBot's tags are");
+        return tag_words(
+            "tags say a number but no family: taken as tagCustom48h12, which the MBot's tags are");
       },
       count);
   if (conventions_.millimetres)
     problems_.trap(
-        "mbot.millimetres", [] { return words("tags lie in millimetres: taken as metres / 1000"); }, count);
+        "mbot.millimetres", [] { return tag_words("tags lie in millimetres: taken as metres / 1000"); },
+        count);
   problems_.trap(
       "mbot.quaternion_order",
       [&] {
-        return words(fmt::format("quaternions are in the order {}, which angles_rpy in {} confirm",
-                                 conventions_.quaternion_w_first ? "w, x, y, z" : "x, y, z, w",
-                                 conventions_.angles_in_degrees ? "degrees" : "radians"));
+        return tag_words(fmt::format("quaternions are in the order {}, which angles_rpy in {} confirm",
+                                     conventions_.quaternion_w_first ? "w, x, y, z" : "x, y, z, w",
+                                     conventions_.angles_in_degrees ? "degrees" : "radians"));
       },
       count);
   if (conventions_.tag_y_up)
     problems_.trap(
-        "mbot.tag_frame", [] { return words("tags have y up and z towards the reader: turned about x"); },
+        "mbot.tag_frame", [] { return tag_words("tags have y up and z towards the reader: turned about x"); },
         count);
   note_nested_tags(array);
 }
@@ -276,7 +278,7 @@ void Samples::note_nested_tags(const TagArray& array) {
     problems_.trap(
         "mbot.nested_tags",
         [] {
-          return words(
+          return tag_words(
               "the small tag in the middle of tag k says 10 k: it is no landmark of its own, but the same "
               "place "
               "measured less well");
@@ -287,7 +289,7 @@ void Samples::note_nested_tags(const TagArray& array) {
 std::optional<SeenTagPose> Samples::seen(const Tag& tag) {
   if (!sound(tag)) {
     problems_.damage("mbot.tag_pose", [&] {
-      return words(fmt::format("tag {} has a pose that is none: passed over", tag.id));
+      return tag_words(fmt::format("tag {} has a pose that is none: passed over", tag.id));
     });
     return std::nullopt;
   }

@@ -59,24 +59,7 @@ struct SummaryParts {
 [[nodiscard]] Bytes encode_summary(const Index& index, std::uint64_t position,
                                    const SummaryParts& parts = {});
 
-}  // namespace waymark::mcap
-
-// Inside the room: what the readers, the writer and the recovery of MCAP files share.
-
-#include <cstdint>
-
-#include "waymark/recording/mcap/index.hpp"
-
-namespace waymark::mcap {
-
-template <class Record>
-[[nodiscard]] bool is(std::uint8_t opcode) {
-  return opcode == static_cast<std::uint8_t>(Record::kOpcode);
-}
-
-[[nodiscard]] inline Place at(const ByteSource& source, std::uint64_t offset) {
-  return {.source = source.name(), .byte = static_cast<std::int64_t>(offset)};
-}
+// What the readers, the writer and the recovery of MCAP files share:
 
 /// Counts and files the records of a data section in an index, as one pass over it shows them.
 class Scan {
@@ -99,6 +82,7 @@ class Scan {
   Index& index_;
 };
 
+/// Counts one message more.
 void count_message(Statistics& statistics, std::uint16_t channel_id, std::uint64_t log_time);
 
 /// Content of the record at an offset, of the kind and length an index promises; it lies in `room`.

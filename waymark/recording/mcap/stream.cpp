@@ -47,10 +47,6 @@ std::optional<std::uint64_t> find_chunk(const ByteSource& source, std::uint64_t 
   return std::nullopt;
 }
 
-Place at(const ByteSource& source, std::uint64_t offset) {
-  return {.source = source.name(), .byte = static_cast<std::int64_t>(offset)};
-}
-
 Status check_magic(const ByteSource& source, std::uint64_t size) {
   std::uint8_t magic[sizeof(kMagic)] = {};
   const bool enough = size >= sizeof(kMagic);

@@ -11,6 +11,16 @@
 
 namespace waymark::mcap {
 
+template <class Record>
+[[nodiscard]] bool is(std::uint8_t opcode) {
+  return opcode == static_cast<std::uint8_t>(Record::kOpcode);
+}
+
+/// A byte of a file, for errors.
+[[nodiscard]] inline Place at(const ByteSource& source, std::uint64_t offset) {
+  return {.source = source.name(), .byte = static_cast<std::int64_t>(offset)};
+}
+
 struct ReaderOptions {
   /// Refuse a record or an unpacked chunk larger than this; a reader never holds more than two of them.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;

@@ -13,16 +13,9 @@
 #include "waymark/recording/mcap/index.hpp"
 #include "waymark/recording/mcap/records.hpp"
 
-// Inside the room: a file as it grows, with its position and the checksum of its data section.
-
-#include <memory>
-
-#include "waymark/recording/byte_file.hpp"
-#include "waymark/recording/compression.hpp"
-#include "waymark/recording/mcap/index.hpp"
-
 namespace waymark::mcap {
 
+/// A file as it grows, with its position and the checksum of its data section.
 class Output {
  public:
   explicit Output(std::unique_ptr<ByteSink> sink) : sink_(std::move(sink)) {}
@@ -52,8 +45,6 @@ class Output {
   std::uint64_t position_ = 0;
   std::uint32_t crc_ = 0;
 };
-
-class Output;
 
 struct WriterOptions {
   std::string profile = "ros2";

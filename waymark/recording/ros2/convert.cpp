@@ -37,7 +37,6 @@ Result<TagFrame> from_ros(const ApriltagArrayStamped& message) {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr double kHalfPixel = 0.5;  // ours less theirs
 constexpr std::string_view kLeftWheel = "left_wheel";
 constexpr std::string_view kRightWheel = "right_wheel";
 constexpr std::string_view kWheel = "wheel";

@@ -105,17 +105,7 @@ inline constexpr std::string_view kLaserFrame = "laser";
 /// Fails on a distortion model that is not known and on what CameraModel::make() refuses.
 [[nodiscard]] Result<CameraModel> from_ros(const CameraInfo& message);
 
-}  // namespace waymark::ros2
-
-// Inside the room: messages whose numbers cannot be those of a robot.
-
-#include <algorithm>
-#include <cmath>
-
-#include "waymark/recording/ros2/messages.hpp"
-
-namespace waymark::ros2 {
-
+// Whether the numbers of a message can be those of a robot.
 [[nodiscard]] inline bool sound(const Vector3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }

@@ -1,4 +1,3 @@
-// Samples go into a recording and come back as they were.
 // Pictures, scans, gamepads and poses of tags between our samples and ROS 2 messages.
 #include "waymark/recording/ros2/convert.hpp"
 
@@ -6,25 +5,9 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/recording/ros2/cdr.hpp"
-#include "waymark/recording/ros2/sample_decoder.hpp"
-#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 namespace {
-
-SensorTime at_ms(std::int64_t ms) { return SensorTime(Duration(ms * 1'000'000 + 123)); }
-
-TagFrame some_frame(Random& random, SensorTime stamp, bool with_covariance) {
-  TagFrame frame{.stamp = stamp};
-  for (int i = 0; i < 3; ++i) {
-    TagDetection tag{.tag = {FamilyId::TagStandard41h12, 5 * i}, .hamming = i, .decision_margin = 42};
-    for (auto& corner : tag.corners_px) corner = {random.uniform(0, 640), random.uniform(0, 480)};
-    if (with_covariance && i != 1) tag.corner_covariance_px2 = CornerCovariance::Identity() * (0.01 + i);
-    frame.detections.push_back(tag);
-  }
-  return frame;
-}
 
 CameraModel some_camera() {
   return CameraModel::make(
@@ -32,59 +15,6 @@ CameraModel some_camera() {
                  .fx = 442.17, .fy = 443.88, .cx = 323.5, .cy = 247, .k = {0.045, -0.077}, .coefficients = 4},
              640, 480)
       .value();
-}
-
-TEST(SampleRecorder, WhatIsRecordedComesBack) {
-  Random random(1);
-  Bytes file;
-  auto recorder = SampleRecorder::open(memory_sink(file));
-  ASSERT_TRUE(recorder);
-  const SE3 base_T_cam(SO3::exp({0.1, -0.2, 0.3}), {0.08, 0, 0.18});
-  ASSERT_TRUE(recorder->add_camera(at_ms(0), some_camera(), base_T_cam));
-  ASSERT_TRUE(recorder->add_metadata("waymark", {{"anchor", "tag36h11:0"}}));
-  std::vector<Sample> samples = {
-      TagFrame{.stamp = at_ms(1)},
-      some_frame(random, at_ms(2), true),
-      some_frame(random, at_ms(3), false),
-      Odometry{at_ms(4), SE2(1, -2, 0.5), 0.3, -0.1},
-      WheelTicks{at_ms(5), 1.5, 2.5},
-      ImuSample{at_ms(6), {0.1, 0.2, 0.3}, {0, 0, 9.8}},
-      StampedCommand{at_ms(7), {0.25, -0.5}},
-      TruthPose{at_ms(8), SE3(SO3::exp({0, 0, 1}), {1, 2, 0})},
-  };
-  for (const Sample& sample : samples) ASSERT_TRUE(recorder->add(sample));
-  ASSERT_TRUE(recorder->close());
-
-  const auto source = memory_source(file);
-  const auto setup = read_setup(*source);
-  ASSERT_TRUE(setup) << to_string(setup.error());
-  EXPECT_TRUE(
-      setup->camera->project({0.3, -0.2, 1.0})->isApprox(*some_camera().project({0.3, -0.2, 1.0}), 1e-12));
-  EXPECT_TRUE((setup->base_T_cam->inverse() * base_T_cam).log().isZero(1e-12));
-  EXPECT_EQ(setup->metadata.at("waymark").at("anchor"), "tag36h11:0");
-
-  std::vector<Sample> back;
-  const Status status = visit_samples(*source, [&](const Sample& sample) {
-    back.push_back(sample);
-    return Status{};
-  });
-  ASSERT_TRUE(status) << to_string(status.error());
-  ASSERT_EQ(back.size(), samples.size());
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    EXPECT_EQ(back[i].index(), samples[i].index());
-    EXPECT_EQ(stamp_of(back[i]), stamp_of(samples[i]));
-  }
-  const auto& frame = std::get<TagFrame>(back[1]);
-  const auto& sent = std::get<TagFrame>(samples[1]);
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(frame.detections[i].tag, sent.detections[i].tag);
-    for (std::size_t k = 0; k < 4; ++k) {
-      EXPECT_TRUE(frame.detections[i].corners_px[k].isApprox(sent.detections[i].corners_px[k], 1e-12));
-    }
-    EXPECT_EQ(frame.detections[i].corner_covariance_px2, sent.detections[i].corner_covariance_px2);
-  }
-  EXPECT_TRUE((std::get<Odometry>(back[3]).odom_T_base.inverse() * SE2(1, -2, 0.5)).log().isZero(1e-12));
-  EXPECT_EQ(std::get<StampedCommand>(back[6]).command, (VelocityCommand{0.25, -0.5}));
 }
 
 // The corners on the wire are those of apriltag_ros: bottom left first, pixel centres at integers.
@@ -140,67 +70,12 @@ TEST(Ros2Convert, StampsBeforeTheEpochAndAfterComeBack) {
   }
 }
 
-SensorTime at_ms(std::int64_t ms) { return SensorTime(Duration(ms * 1'000'000 + 123)); }
-
 Image some_image(int width, int height) {
   Random random(7);
   Image image(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) image.row(y)[x] = static_cast<std::uint8_t>(random.index(256));
   return image;
-}
-
-std::vector<Sample> through_a_file(const std::vector<Sample>& samples) {
-  Bytes file;
-  auto recorder = SampleRecorder::open(memory_sink(file));
-  for (const Sample& sample : samples) EXPECT_TRUE(recorder->add(sample));
-  EXPECT_TRUE(recorder->close());
-  std::vector<Sample> back;
-  const Status status = visit_samples(*memory_source(file), [&](const Sample& sample) {
-    back.push_back(sample);
-    return Status{};
-  });
-  EXPECT_TRUE(status) << to_string(status.error());
-  return back;
-}
-
-TEST(SampleRecorder, EveryKindOfSampleComesBack) {
-  const SE3 cam_T_tag(SO3::exp({3, 0.1, 0.2}), {0.1, -0.2, 1.5});
-  const std::vector<Sample> samples = {
-      CameraFrame{at_ms(1), "cam", some_image(33, 17)},
-      CameraFrame{at_ms(2), "left", some_image(8, 8)},
-      TagPoseFrame{at_ms(3), "cam", {{{FamilyId::Tag36h11, 11}, cam_T_tag}}},
-      RangeBearing{at_ms(4), 17, 3.25, -0.5},
-      LaserScan{
-          at_ms(5), -3.125, 0.0625, 0.001, 0.1, 12, {1.0F, 2.5F, std::numeric_limits<float>::infinity()}},
-      GamepadState{at_ms(6), {-1.0F, 0.25F}, {0, 1, 1}},
-      TagFrame{at_ms(7), "left", {}},
-  };
-  const auto back = through_a_file(samples);
-  ASSERT_EQ(back.size(), samples.size());
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    ASSERT_EQ(back[i].index(), samples[i].index()) << i;
-    EXPECT_EQ(stamp_of(back[i]), stamp_of(samples[i]));
-  }
-  EXPECT_EQ(std::get<CameraFrame>(back[0]).image, some_image(33, 17));
-  EXPECT_EQ(std::get<CameraFrame>(back[0]).camera, "cam");
-  EXPECT_EQ(std::get<CameraFrame>(back[1]).camera, "left");
-  const auto& seen = std::get<TagPoseFrame>(back[2]).tags.at(0);
-  EXPECT_EQ(seen.tag, (TagId{FamilyId::Tag36h11, 11}));
-  EXPECT_TRUE((seen.cam_T_tag.inverse() * cam_T_tag).log().isZero(1e-12));
-  const auto& bearing = std::get<RangeBearing>(back[3]);
-  EXPECT_EQ(bearing.landmark, 17);
-  EXPECT_EQ(bearing.range_m, 3.25);
-  EXPECT_EQ(bearing.bearing_rad, -0.5);
-  const auto& scan = std::get<LaserScan>(back[4]);
-  EXPECT_EQ(scan.angle_min_rad, -3.125);
-  EXPECT_EQ(scan.angle_increment_rad, 0.0625);
-  EXPECT_NEAR(scan.time_increment_s, 0.001, 1e-9);
-  EXPECT_NEAR(scan.range_min_m, 0.1, 1e-7);
-  EXPECT_EQ(scan.ranges_m, std::get<LaserScan>(samples[4]).ranges_m);
-  EXPECT_EQ(std::get<GamepadState>(back[5]).axes, (std::vector<float>{-1.0F, 0.25F}));
-  EXPECT_EQ(std::get<GamepadState>(back[5]).buttons, (std::vector<std::int32_t>{0, 1, 1}));
-  EXPECT_EQ(std::get<TagFrame>(back[6]).camera, "left");
 }
 
 ros2::Image one_pixel(const std::string& encoding, Bytes pixel) {
@@ -271,26 +146,6 @@ TEST(Ros2Convert, CompressedPicturesAreDecoded) {
   const auto jpeg = encode_jpeg(Image(16, 16, 90), 95);
   EXPECT_NEAR(ros2::from_ros(ros2::CompressedImage{.format = "jpeg", .data = *jpeg})->image.row(5)[5], 90, 1);
   EXPECT_FALSE(ros2::from_ros(ros2::CompressedImage{.format = "jpeg", .data = {1, 2, 3}}));
-}
-
-TEST(SampleDecoder, NumbersThatAreNoneAreErrors) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  SampleDecoder decoder([](const Sample&) { return Status{}; });
-  const auto add = [&](const std::string& topic, const auto& message) {
-    return decoder.add(topic, std::remove_cvref_t<decltype(message)>::kType, 0, cdr::encode(message));
-  };
-  ros2::PoseStamped truth;
-  EXPECT_TRUE(add("/truth/pose", truth));
-  truth.pose.orientation.x = nan;
-  EXPECT_EQ(add("/truth/pose", truth).error().code, ErrorCode::Unreadable);
-  ros2::Odometry odometry;
-  EXPECT_TRUE(add("/odom", odometry));
-  odometry.pose.pose.orientation = {0, 0, 0, 0};
-  EXPECT_FALSE(add("/odom", odometry));
-  ros2::Imu imu;
-  imu.angular_velocity.y = nan;
-  EXPECT_FALSE(add("/imu", imu));
-  EXPECT_FALSE(add("/range_bearing", ros2::RangeBearing{.range_m = nan}));
 }
 
 TEST(Ros2Convert, FramesOfCamerasComeBack) {

@@ -2,7 +2,7 @@
 
 #ifdef WAYMARK_HAVE_LCM
 
-#include "waymark/modules/shared_library.hpp"
+#include "waymark/modules/load_module.hpp"
 
 namespace waymark::internal {
 namespace {

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <system_error>
 #include <utility>
+
+#include <tinyxml2.h>
 
 #include <console_bridge/console.h>
 #include <fmt/format.h>
-#include <tinyxml2.h>
 #include <ignition/math/Pose3.hh>
 #include <sdf/Box.hh>
 #include <sdf/Console.hh>
@@ -26,9 +29,34 @@
 #include <sdf/World.hh>
 
 #include "waymark/sdf/sdformat/read_mesh.hpp"
-#include "waymark/sdf/sdformat/resource_names.hpp"
+
+// Inside the room: from names in an SDF file to files.
+
+#include <filesystem>
+#include <string>
+#include <vector>
 
 namespace waymark {
+
+/// The file or folder that a URI (model://, file://, or a path) means, looked for in the folders one after
+/// the other; empty where it is in none.
+[[nodiscard]] std::filesystem::path resolve_uri(const std::string& uri,
+                                                const std::vector<std::filesystem::path>& folders);
+
+std::filesystem::path resolve_uri(const std::string& uri, const std::vector<std::filesystem::path>& folders) {
+  namespace fs = std::filesystem;
+  std::string_view name = uri;
+  for (const std::string_view scheme : {"model://", "file://", "package://"})
+    if (name.starts_with(scheme)) name.remove_prefix(scheme.size());
+  const fs::path wanted(name);
+  std::error_code ignored;
+  if (name.empty()) return {};
+  if (wanted.is_absolute()) return fs::exists(wanted, ignored) ? wanted : fs::path();
+  for (const fs::path& folder : folders)
+    if (fs::path found = folder / wanted; fs::exists(found, ignored)) return found;
+  return {};
+}
+
 namespace {
 
 namespace fs = std::filesystem;

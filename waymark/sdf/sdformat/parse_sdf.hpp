@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
-#include "waymark/sdf/sdf_scene.hpp"
+#include "waymark/sdf/read_sdf.hpp"
 
 namespace waymark {
 

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/sdf/sdformat/resource_names.hpp"
 
 namespace waymark {
 namespace {

@@ -1,4 +1,5 @@
 #pragma once
+
 // Inside the room: the triangles of a mesh file.
 
 #include <filesystem>
@@ -6,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "waymark/base/error.hpp"
-#include "waymark/sdf/sdf_scene.hpp"
+#include "waymark/sdf/read_sdf.hpp"
 
 namespace waymark {
 

@@ -80,16 +80,14 @@ struct SceneCameraOptions {
   }
 };
 
-}  // namespace waymark
+// Pictures of a scene as a moving camera takes them, with the truth about each.
+//
+//     const auto camera = SceneCamera::make(scene_of(world), model, options);
+//     const auto frame = camera->render([&](double t) { return map_T_cam_at(stamp + t); }, stamp, seed);
+//
+// A driver that has threads renders bands side by side: begin() once, expose() each band, and when all are
+// exposed read_out() each, then finish(). The bytes are those of render().
 
-/// Pictures of a scene as a moving camera takes them, with the truth about each.
-///
-///     const auto camera = SceneCamera::make(scene_of(world), model, options);
-///     const auto frame = camera->render([&](double t) { return map_T_cam_at(stamp + t); }, stamp, seed);
-///
-/// A driver that has threads renders bands side by side: begin() once, expose() each band, and when all are
-/// exposed read_out() each, then finish(). The bytes are those of render().
-namespace waymark {
 
 /// map_T_cam so many seconds after the stamp (before it: negative), while the picture is taken: within half
 /// of exposure_ms + readout_ms.

@@ -6,7 +6,6 @@
 #include "waymark/base/error.hpp"
 #include "waymark/families/family.hpp"
 #include "waymark/tags/detector.hpp"
-#include "waymark/tags/detector_options.hpp"
 
 namespace waymark {
 
@@ -18,9 +17,6 @@ namespace waymark {
 /// own is about 12 bytes a pixel, and up to 60 in an image of noise; images beyond kMaxImagePixels are
 /// refused. Several threads may call it at once: each gets a workspace of its own, kept for later calls.
 [[nodiscard]] Result<std::unique_ptr<Detector>> make_apriltag_detector(const DetectorOptions& options = {});
-
-/// Largest image accepted, 8192 x 8192 or the like; no side may exceed 32767.
-inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
 
 /// Size of the table that decodes one family with `max_hamming` corrected bits (0 to 2), in bytes: it lists
 /// every code with every pattern of wrong bits.

@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/families/family.hpp"
-#include "waymark/tags/cell_view.hpp"
+#include "waymark/tags/detector/tag_reader.hpp"
 
 namespace waymark::search {
 namespace {

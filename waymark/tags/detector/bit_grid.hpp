@@ -7,8 +7,8 @@
 
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
-#include "waymark/tags/quads.hpp"
-#include "waymark/tags/tag_reader.hpp"
+#include "waymark/tags/detector/quads.hpp"
+#include "waymark/tags/detector/tag_reader.hpp"
 
 namespace waymark::search {
 

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "waymark/image/image.hpp"
-#include "waymark/tags/plane_kernels.hpp"
-#include "waymark/tags/row_runs.hpp"
+#include "waymark/tags/detector/plane_kernels.hpp"
 
 namespace waymark::search {
 

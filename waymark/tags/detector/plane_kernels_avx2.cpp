@@ -3,9 +3,7 @@
 
 #include <immintrin.h>
 
-#include "waymark/tags/plane_kernels.hpp"
-#include "waymark/tags/row_runs.hpp"
-#include "waymark/tags/threshold_row.hpp"
+#include "waymark/tags/detector/plane_kernels.hpp"
 
 namespace waymark::search {
 namespace {

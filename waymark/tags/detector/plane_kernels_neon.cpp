@@ -1,7 +1,5 @@
 // For processors with NEON, which every 64-bit ARM has.
-#include "waymark/tags/plane_kernels.hpp"
-#include "waymark/tags/row_runs.hpp"
-#include "waymark/tags/threshold_row.hpp"
+#include "waymark/tags/detector/plane_kernels.hpp"
 
 #if defined(__ARM_NEON) && defined(__aarch64__)
 #include <arm_neon.h>

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "waymark/image/image.hpp"
-#include "waymark/tags/run_components.hpp"
+#include "waymark/tags/detector/components.hpp"
 
 namespace waymark::search {
 

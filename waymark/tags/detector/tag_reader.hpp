@@ -13,7 +13,7 @@
 #include "waymark/families/family.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
-#include "waymark/tags/quads.hpp"
+#include "waymark/tags/detector/quads.hpp"
 
 namespace waymark::search {
 

@@ -16,7 +16,7 @@
 
 #include "tests/support/draw_tag.hpp"
 #include "waymark/base/random.hpp"
-#include "waymark/tags/waymark_detector.hpp"
+#include "waymark/tags/detector/waymark_detector.hpp"
 
 namespace waymark::search {
 namespace {

@@ -8,11 +8,10 @@
 
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
-#include "waymark/tags/bit_grid.hpp"
-#include "waymark/tags/bit_planes.hpp"
-#include "waymark/tags/quads.hpp"
-#include "waymark/tags/run_components.hpp"
-#include "waymark/tags/tag_reader.hpp"
+#include "waymark/tags/detector/bit_grid.hpp"
+#include "waymark/tags/detector/components.hpp"
+#include "waymark/tags/detector/quads.hpp"
+#include "waymark/tags/detector/tag_reader.hpp"
 
 namespace waymark::search {
 

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/tags/tag_search.hpp"
+#include "waymark/tags/detector/tag_search.hpp"
 
 namespace waymark {
 namespace {

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "waymark/base/error.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
 #include "waymark/tags/detector.hpp"
 
 namespace waymark {

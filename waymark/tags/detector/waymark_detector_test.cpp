@@ -10,7 +10,7 @@
 
 #include "tests/support/draw_tag.hpp"
 #include "waymark/base/random.hpp"
-#include "waymark/tags/tag_search.hpp"
+#include "waymark/tags/detector/tag_search.hpp"
 
 namespace waymark {
 namespace {

@@ -6,8 +6,7 @@
 
 #include "waymark/families/family.hpp"
 #include "waymark/image/image.hpp"
-#include "waymark/tags/edge_sums.hpp"
-#include "waymark/tags/lane_math.hpp"
+#include "waymark/tags/refinement/edge_sums.hpp"
 
 namespace waymark::refinement {
 

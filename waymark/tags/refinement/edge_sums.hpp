@@ -1,12 +1,15 @@
 #pragma once
 
-// No Eigen here: what includes this may be compiled for a newer processor than the rest of the program, and
-// an inline function of a library, compiled so, must not become the one the whole program uses.
+// The sums of least squares over a band, written once for every type of lanes. No Eigen here: what includes
+// this may be compiled for a newer processor than the rest of the program, and an inline function of a
+// library, compiled so, must not become the one the whole program uses.
+#include <cstddef>
 
 namespace waymark::refinement {
 
 /// Values handled side by side. L is a type of kLanes floats with the operators and members of Eigen's
-/// arrays: `Lanes` (lanes.hpp) everywhere, `Avx2Lanes` (avx2_lanes.hpp) where the processor has AVX2.
+/// arrays: `Lanes` (edge_model.hpp) everywhere, `Avx2Lanes` (edge_sums_avx2.cpp) where the processor has
+/// AVX2.
 inline constexpr int kLanes = 8;
 
 /// kLanes floats from and to memory, of any alignment.
@@ -67,15 +70,6 @@ template <class L>
               y2 * (-2.25585938F +
                     y2 * (2.70703125F + y2 * (-1.93359375F + y2 * (0.751953125F - 0.123046875F * y2)))));
 }
-
-}  // namespace waymark::refinement
-
-// The sums of least squares over a band, written once for every type of lanes (lane_math.hpp). No Eigen here.
-#include <cstddef>
-
-#include "waymark/tags/lane_math.hpp"
-
-namespace waymark::refinement {
 
 /// Parameters of one edge. The first four belong to the edge alone; the last three are nearly the same for
 /// all edges of a tag.

@@ -1,7 +1,7 @@
 // Compiled with AVX2 and FMA (CMakeLists.txt), and called only on processors that have them.
 #include <immintrin.h>
 
-#include "waymark/tags/edge_sums.hpp"
+#include "waymark/tags/refinement/edge_sums.hpp"
 
 namespace waymark::refinement {
 

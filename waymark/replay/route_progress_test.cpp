@@ -1,0 +1,146 @@
+#include "waymark/replay/route_progress.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/route_shapes.hpp"
+#include "waymark/replay/route_builder.hpp"
+#include "waymark/replay/speed_profile.hpp"
+
+namespace waymark {
+namespace {
+
+using test::circle_lap;
+
+constexpr double kPi = std::numbers::pi;
+
+TEST(RouteProgress, SignedCrossTrackAndHeading) {
+  const auto route = build_route(circle_lap(0, 1.05));
+  const SE2 inside(1.9, 0, kPi / 2 + 0.1);  // left of a counter-clockwise circle, turned left
+  const RouteProgress progress = locate(*route, inside);
+  EXPECT_NEAR(progress.cross_track_m, 0.1, 0.005);
+  EXPECT_NEAR(progress.heading_error_rad, 0.1, 0.01);
+}
+
+TEST(RouteProgress, GoesRoundWithoutAJump) {
+  const auto route = build_route(circle_lap(0, 1.05));
+  RouteProgress progress = locate(*route, SE2(2, 0, kPi / 2));
+  double travelled = 0;
+  double last = progress.arc_length_m;
+  for (int i = 1; i <= 400; ++i) {
+    const double angle = 4 * kPi * i / 400;  // twice round
+    progress = advance(*route, SE2(2 * std::cos(angle), 2 * std::sin(angle), angle + kPi / 2), progress);
+    double step = progress.arc_length_m - last;
+    if (step < -route->length_m / 2) step += route->length_m;
+    EXPECT_NEAR(step, 8 * kPi / 400, 0.02) << i;
+    travelled += step;
+    last = progress.arc_length_m;
+  }
+  EXPECT_NEAR(travelled, 8 * kPi, 0.1);
+}
+
+/// A metre ahead, then a metre back to the start.
+Route there_and_back() {
+  Route route{.length_m = 2};
+  for (int i = 0; i <= 40; ++i) {
+    const double x = i <= 20 ? 0.05 * i : 0.05 * (40 - i);
+    route.points.push_back({SE2(x, 0, 0), 0.05 * i, 0, i <= 20 ? 0.3 : -0.3});
+  }
+  return route;
+}
+
+TEST(RouteProgress, WhoDrivesBeyondATurningPointIsOnTheNextLeg) {
+  const Route route = there_and_back();
+  RouteProgress progress = locate(route, SE2(0.01, 0, 0));
+  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9);
+  double x = 0.01;
+  for (; x < 0.975; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
+  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9) << "not yet there";
+  for (; x < 1.05; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
+  EXPECT_NEAR(progress.leg_begin_m, 1, 1e-9);
+  EXPECT_NEAR(progress.leg_end_m, 2, 1e-9);
+  EXPECT_LT(speed_at(route, progress.index, progress.arc_length_m), 0) << "backwards from there";
+  for (; x > -0.05; x -= 0.01) progress = advance(route, SE2(x, 0, 0), progress);
+  EXPECT_NEAR(progress.arc_length_m, 2, 1e-9) << "beyond the end it is at the end";
+}
+
+// Stations of a route: each is served once a pass, in order, for its pause.
+
+Route route_with(std::vector<Station> stations, bool closed) {
+  Route route{.closed = closed, .length_m = 10};
+  route.stations = std::move(stations);
+  return route;
+}
+
+/// Drives on by a centimetre or stands for a tenth of a second; what was served, "shelf 3.00 0.5".
+std::vector<std::string> served(StationStops stops, double from_m, double to_m) {
+  std::vector<std::string> all;
+  stops.begin(from_m);
+  int stood = 0;
+  for (double way_m = from_m; way_m < to_m;) {
+    const Station* const before = stops.standing();
+    const std::string name = before != nullptr ? before->name : "";
+    if (before == nullptr) {
+      way_m += 0.01;
+      stops.arrive(way_m, 0.01);
+      stood = 0;
+      continue;
+    }
+    stops.stand(0.1);
+    ++stood;
+    if (stops.standing() == nullptr) all.push_back(name + " " + std::to_string(stood));
+  }
+  return all;
+}
+
+TEST(StationStops, EachIsServedOnceAPass) {
+  const std::vector<Station> two = {{"shelf", 3, 0.45}, {"door", 7, 0.95}};
+  EXPECT_EQ(served(StationStops(route_with(two, false)), 0, 10),
+            (std::vector<std::string>{"shelf 5", "door 10"}));
+  EXPECT_EQ(served(StationStops(route_with(two, true)), 0, 25),
+            (std::vector<std::string>{"shelf 5", "door 10", "shelf 5", "door 10", "shelf 5"}));
+  EXPECT_EQ(served(StationStops(route_with(two, true)), 4, 12), (std::vector<std::string>{"door 10"}));
+  EXPECT_TRUE(served(StationStops(route_with({}, true)), 0, 25).empty());
+}
+
+TEST(StationStops, WhereALapEndsIsServedOnceALap) {
+  for (const double arc_m : {0.0, 9.95, 10.0}) {
+    const StationStops stops(route_with({{"end", arc_m, 0.45}}, true));
+    EXPECT_EQ(served(stops, 0, 10.5), (std::vector<std::string>{"end 5"})) << arc_m;
+    EXPECT_EQ(served(stops, 0, 30.5).size(), 3U) << arc_m;
+  }
+}
+
+TEST(StationStops, TheWayToTheNextOneIsKnown) {
+  StationStops stops(route_with({{"shelf", 3, 1}}, false));
+  EXPECT_TRUE(std::isinf(StationStops().left_m(0)));
+  stops.begin(0);
+  EXPECT_NEAR(stops.left_m(1), 2, 1e-12);
+  stops.arrive(2.98, 0.01);
+  EXPECT_EQ(stops.standing(), nullptr);
+  stops.arrive(2.995, 0.01);
+  ASSERT_NE(stops.standing(), nullptr);
+  EXPECT_EQ(stops.left_s(), 1);
+  stops.stand(2);
+  EXPECT_TRUE(std::isinf(stops.left_m(3)));
+}
+
+TEST(StationStops, WhoGoesOnAfterACarryDoesNotServeWhatLiesBehind) {
+  StationStops stops(route_with({{"shelf", 3, 1}, {"door", 7, 1}}, false));
+  stops.begin(0);
+  stops.begin(5);
+  EXPECT_NEAR(stops.left_m(5), 2, 1e-12);
+  stops.arrive(7, 0.01);
+  stops.begin(7.02);  // somebody paused it and let it go on: it stands there still
+  ASSERT_NE(stops.standing(), nullptr);
+  stops.stand(2);
+  stops.begin(6.98);
+  EXPECT_TRUE(std::isinf(stops.left_m(6.98))) << "served is served";
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,152 @@
+#include "waymark/tags/refinement/bit_placement.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "waymark/families/family.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/refinement/inner_bits.hpp"
+#include "waymark/tags/refinement/lens_bends.hpp"
+#include "waymark/tags/refinement/tag_fit.hpp"
+
+namespace waymark::refinement {
+namespace {
+
+/// Mean grey level of the cells of one colour.
+struct Level {
+  double sum = 0;
+  int count = 0;
+  [[nodiscard]] double mean() const { return sum / std::max(1, count); }
+};
+
+/// Of black and of white, each pixel counted to the cell that it lies in.
+std::array<Level, 2> levels(const InnerPixels& pixels) {
+  std::array<Level, 2> both;
+  for (int i = 0; i < pixels.count; ++i) {
+    const InnerPixels::Block& block = pixels.block[static_cast<std::size_t>(i / kLanes)];
+    const int lane = i % kLanes;
+    const std::size_t column = block.past_px[0][1][lane] < 0 ? 1 : 2;
+    const std::size_t row = block.past_px[1][1][lane] < 0 ? 1 : 2;
+    Level& level = both[block.white[row][column][lane] > 0.5F ? 1 : 0];
+    level.sum += static_cast<double>(block.value[lane]);
+    ++level.count;
+  }
+  return both;
+}
+
+/// How the unknowns move (kFrom, kTo) of the four edges outwards [px]: lines at s = +-1 and t = +-1, whose
+/// ends lie at -1 and 1 of the other.
+EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
+  EdgesByInner J = edges_by_growth(x, outwards);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const bool across_s = k % 2 == 1;               // edges 1 and 3 are lines of constant s
+    const double side = k == 1 || k == 2 ? 1 : -1;  // of the tag on which the edge lies
+    const double blur_px = std::exp(x[across_s ? kBlurS : kBlurT]);
+    const int axis = across_s ? 0 : 1;
+    for (const int end : {kFrom, kTo}) {
+      const double beside =
+          (k < 2) == (end == kTo) ? 1 : -1;  // edges 0 and 1 run along s and t, 2 and 3 back
+      const auto row = static_cast<Eigen::Index>(2 * k) + end;
+      J(row, kShiftS + axis) = side * blur_px;
+      J(row, kStretchS + axis) = blur_px;
+      J(row, kShearS + axis) = side * beside * blur_px;
+      J(row, kTaperS + axis) = beside * blur_px;
+      J(row, kSqueezeS + axis) = J(row, kBendS + axis) = side * blur_px;
+    }
+  }
+  return J;
+}
+
+/// What the bits say when they are looked for at some corners.
+struct Look {
+  InnerBelief belief;
+  double variance = 0;       ///< of a pixel [grey level^2]
+  Matrix8 corners_by_edges;  ///< how the corners move with the edges
+};
+
+std::optional<Look> look_at(const ImageView& image, const TagDetection& at, const RefinementOptions& options,
+                            const CameraModel* camera, InnerPixels& pixels) {
+  constexpr double kPlacePx = 0.7;  // where the corners may lie
+  const Family& printed = family(at.tag.family);
+  TagBands tag;
+  tag.edges = edge_frames(at.corners_px, printed.width_at_border);
+  for (const EdgeFrame& edge : tag.edges)
+    if (!(edge.cell_px >= options.min_cell_px)) return std::nullopt;
+  const std::array<double, 4> bend_px = expect_bends(camera, options.curvature_per_px, tag.edges);
+  tag.lens = camera != nullptr ? lens_field(*camera, tag.edges) : std::nullopt;
+  TagEstimate even;  // edges bend as the lens says, and uneven light is found by the slopes of the levels
+  for (EdgeVector& edge : even.edges) edge.setZero();
+  read_inner_pixels(image, at.tag, tag, even, InnerPixels::kMany, pixels);
+  const std::array<Level, 2> level = levels(pixels);
+  if (level[0].count < kInnerUnknowns || level[1].count < kInnerUnknowns) return std::nullopt;
+  const double step = level[1].mean() - level[0].mean();
+  if (step < options.min_contrast) return std::nullopt;
+  const InnerPrior prior = inner_prior(level[0].mean(), step, std::log(options.blur_px),
+                                       {.level = 0.3,
+                                        .slope = 0.05,
+                                        .log_blur = 0.4,
+                                        .place_blurs = kPlacePx / options.blur_px,
+                                        .bend_blurs = std::ranges::max(bend_px) / options.blur_px});
+  const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, 1.0, printed.reversed_border ? -1.0 : 1.0);
+  if (!fit.belief.mean.allFinite()) return std::nullopt;
+  return Look{averaged(fit, prior), fit.variance, intersection(tag.edges)};
+}
+
+/// The covariance of corners that the bits place there.
+Matrix8 covariance_of(const Look& look, const EdgesByInner& J) {
+  constexpr double kModelPx = 0.02;  // print, bends that are not known
+  Matrix8 edges = J * look.belief.covariance * J.transpose();
+  edges.diagonal().array() += kModelPx * kModelPx;
+  const Matrix8 corners = look.corners_by_edges * edges * look.corners_by_edges.transpose();
+  return 0.5 * (corners + corners.transpose());
+}
+
+double farthest_px(const Quad& a, const Quad& b) {
+  double farthest = 0;
+  for (std::size_t k = 0; k < 4; ++k) farthest = std::max(farthest, (a[k] - b[k]).norm());
+  return farthest;
+}
+
+}  // namespace
+
+std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
+                                            const RefinementOptions& options, const CameraModel* camera) {
+  constexpr int kMaxPasses = 6;
+  constexpr double kMostResidual = 0.04;  // of the step: under gloss that lies over bits, too, it is larger
+  constexpr double kMostCells = 0.4;      // half a cell further other bits would be read
+  const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
+  constexpr int kLeastCells = 6;  // with the border: three rows of three bits are too few for so many numbers
+  if (family(detection.tag.family).width_at_border < kLeastCells) return std::nullopt;
+  const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
+  const double farthest = std::max(options.max_shift_px, kMostCells * cell_px);
+  InnerPixels pixels;
+  TagDetection at = detection;
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
+    const auto look = look_at(image, at, options, camera, pixels);
+    if (!look) return std::nullopt;
+    const double residual = std::sqrt(look->variance) / look->belief.mean[kWhite];
+    const EdgesByInner J = edges_by_place(look->belief.mean, outwards);
+    const Eigen::Matrix<double, 8, 1> moved = look->corners_by_edges * (J * look->belief.mean);
+    if (!moved.allFinite()) return std::nullopt;
+    for (std::size_t k = 0; k < 4; ++k)
+      at.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
+    if (farthest_px(detection.corners_px, at.corners_px) > farthest) return std::nullopt;
+    const Matrix8 covariance = covariance_of(*look, J);
+    // Each look takes other pixels of a large tag: the corners settle within their own deviation.
+    if ((moved.array().square() > covariance.diagonal().array()).any()) continue;
+    if (residual > kMostResidual) return std::nullopt;
+    return RefinedCorners{.outcome = RefinementOutcome::Refined,
+                          .corners_px = at.corners_px,
+                          .covariance_px2 = covariance,
+                          .blur_px = mean_blur_px(look->belief.mean),
+                          .contrast = outwards * look->belief.mean[kWhite],
+                          .noise = std::sqrt(look->variance),
+                          .pixels = pixels.count,
+                          .by_bits = true};
+  }
+  return std::nullopt;
+}
+
+}  // namespace waymark::refinement

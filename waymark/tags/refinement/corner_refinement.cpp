@@ -1,0 +1,248 @@
+#include "waymark/tags/refinement/corner_refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/refinement/bit_placement.hpp"
+#include "waymark/tags/refinement/inner_bits.hpp"
+#include "waymark/tags/refinement/lens_bends.hpp"
+#include "waymark/tags/refinement/tag_fit.hpp"
+
+namespace waymark {
+namespace {
+
+using Eigen::Vector2d;
+using namespace refinement;  // NOLINT(google-build-using-namespace): the parts of this very step
+
+constexpr int kMaxPasses = 4;
+constexpr int kMaxIterations = 6;
+constexpr double kPassSettledPx = 0.1;   ///< corners that moved less than this need no new look at the image
+constexpr double kFirstSettledPx = 0.1;  ///< a step of the first pass, with a wide band, that is good enough
+constexpr double kSettledPx = 0.01;      ///< a step after which the next one is far below what noise allows
+
+/// Twice the signed area of the smallest triangle of three consecutive corners; > 0 for a convex clockwise
+/// quad.
+double smallest_triangle(const Quad& c) {
+  double smallest = 1e300;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector2d u = c[(k + 1) % 4] - c[k];
+    const Vector2d v = c[(k + 2) % 4] - c[k];
+    smallest = std::min(smallest, u.x() * v.y() - u.y() * v.x());
+  }
+  return smallest;
+}
+
+bool usable(const ImageView& image, const TagDetection& detection) {
+  if (image.empty() || detection.tag.number < 0) return false;
+  if (static_cast<std::size_t>(detection.tag.number) >= family(detection.tag.family).codes.size())
+    return false;
+  for (const Vector2d& corner : detection.corners_px) {
+    if (!corner.allFinite()) return false;
+    // One image beyond each side: enough for a tag partly out of view, and far from what an int or a float
+    // can hold.
+    if (std::abs(corner.x() - 0.5 * image.width) > 1.5 * image.width) return false;
+    if (std::abs(corner.y() - 0.5 * image.height) > 1.5 * image.height) return false;
+  }
+  return smallest_triangle(detection.corners_px) > 1.0;
+}
+
+bool cut_by_border(const ImageView& image, const TagDetection& detection, double border_px) {
+  return std::ranges::any_of(detection.corners_px, [&](const Vector2d& corner) {
+    return !(corner.x() >= border_px && corner.x() <= image.width - border_px && corner.y() >= border_px &&
+             corner.y() <= image.height - border_px);
+  });
+}
+
+/// Gauss-Newton on the pixels of the bands as they are; nothing when too few are left.
+std::optional<TagSolve> iterate(const Priors& priors, bool first_pass, TagBands& tag, TagEstimate& estimate) {
+  const double settled_px = first_pass ? kFirstSettledPx : kSettledPx;
+  std::optional<TagSolve> solve;
+  bool covered = true;  // until a look at the slices finds none to drop
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    double cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
+    if (covered && iteration > 0) {
+      const DroppedSlices dropped = drop_outliers(tag);
+      if (!dropped.enough_left) return std::nullopt;
+      covered = dropped.pixels > 0;
+      if (covered) cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
+    }
+    double pixels = 0;
+    for (const NormalEquations& normal : tag.normals) pixels += normal.pixels();
+    constexpr double kQuantisation = 1.0 / 12.0;
+    estimate.noise_variance = std::max(kQuantisation, cost / std::max(1.0, pixels - kParametersOfTag));
+    if (!first_pass) {
+      estimate.light_per_px +=
+          light_information(tag, estimate.light_per_px, estimate.noise_variance).step_per_px;
+    }
+    solve.emplace(tag.normals, priors, estimate);
+    const double moved = solve->apply(estimate);
+    if (iteration > 0 && !covered && moved < settled_px) break;
+  }
+  return solve;
+}
+
+Eigen::Matrix<double, 8, 1> displacements(const TagEstimate& estimate) {
+  Eigen::Matrix<double, 8, 1> both;
+  for (std::size_t k = 0; k < 4; ++k)
+    both.segment<2>(2 * static_cast<Eigen::Index>(k)) = estimate.edges[k].head<2>();
+  return both;
+}
+
+double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFrame, 4>& edges) {
+  double largest = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector2d moved = to[k] - from[k];
+    largest = std::max(
+        {largest, std::abs(edges[k].normal.dot(moved)), std::abs(edges[(k + 3) % 4].normal.dot(moved))});
+  }
+  return largest;
+}
+
+void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& estimate) {
+  const double inner = level_at_rim(tag, false);
+  estimate.mean << inner, level_at_rim(tag, true) - inner, std::log(options.blur_px);
+  for (EdgeVector& x : estimate.edges) x << EdgeVector::Zero().head<kOwn>(), estimate.mean;
+}
+
+/// Moves the corners to where the bits inside the border have the edges. Where those contradict the border
+/// (covered, or joined to what lies behind the tag), it is not believed; where they nearly do, less (after
+/// the scale factor of the Particle Data Group, "Review of particle physics", section 5.2.2; squared, as its
+/// first power was measured too small where the white margin is a quarter of a cell).
+RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool& border_in_doubt,
+                          RefinedCorners& result) {
+  constexpr double kContradictionSigmas = 4;
+  constexpr double kAgreementSigmas = 2.5;
+  if (!(inner.worst_sigmas < kContradictionSigmas)) return RefinementOutcome::PoorFit;
+  const Eigen::Matrix<double, 8, 8> J = intersection(tag.edges);
+  const Eigen::Matrix<double, 8, 1> moved = J * inner.outwards_px;
+  for (std::size_t k = 0; k < 4; ++k)
+    result.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
+  const Eigen::Matrix<double, 8, 8> added = J * inner.covariance_px2 * J.transpose();
+  const double apart = std::max(1.0, inner.worst_sigmas / kAgreementSigmas);
+  border_in_doubt = apart > 1.0;
+  const double scale = apart * apart;
+  result.covariance_px2 = scale * scale * (result.covariance_px2 + 0.5 * (added + added.transpose()));
+  return RefinementOutcome::Refined;
+}
+
+RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const RefinementOptions& options,
+                      const CameraModel* camera, bool& border_in_doubt, RefinedCorners& result) {
+  const std::array<Surroundings, 4> near = tag_surroundings(detection.tag);
+  const int cells = near[0].cells;
+  TagBands tag;
+  TagEstimate estimate;
+  Priors priors;
+  priors.blur_px = options.blur_px;
+  Quad corners = detection.corners_px;
+  std::optional<TagSolve> solve;
+  double blur_px = options.blur_px;
+  bool settled = false;
+  for (int pass = 0; pass < kMaxPasses && !settled; ++pass) {
+    tag.edges = edge_frames(corners, cells);
+    for (const EdgeFrame& edge : tag.edges) {
+      if (!(edge.cell_px >= options.min_cell_px)) return RefinementOutcome::TooSmall;
+    }
+    priors.bend_sigma_px = expect_bends(camera, options.curvature_per_px, tag.edges);
+    if (!read_bands(image, near, blur_px, pass == 0, tag)) return RefinementOutcome::TooLittleSeen;
+    if (pass == 0) start(options, tag, estimate);
+    for (EdgeVector& x : estimate.edges) x.head<2>().setZero();  // the corners have moved there
+    solve = iterate(priors, pass == 0, tag, estimate);
+    if (!solve) return RefinementOutcome::TooLittleSeen;
+    const Eigen::Matrix<double, 8, 1> moved = intersection(tag.edges) * displacements(estimate);
+    if (!moved.allFinite()) return RefinementOutcome::PoorFit;
+    for (std::size_t k = 0; k < 4; ++k) corners[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
+    if (smallest_triangle(corners) < 1.0) return RefinementOutcome::PoorFit;
+    if (largest_shift(detection.corners_px, corners, tag.edges) > options.max_shift_px) {
+      return RefinementOutcome::MovedTooFar;
+    }
+    blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
+    settled = pass > 0 && displacements(estimate).cwiseAbs().maxCoeff() < kPassSettledPx;
+  }
+  if (!settled) return RefinementOutcome::PoorFit;
+  tag.lens = camera != nullptr ? lens_field(*camera, tag.edges) : std::nullopt;
+  result.corners_px = corners;
+  result.blur_px = blur_px;
+  result.contrast = estimate.mean[kStep - kOwn];
+  result.noise = std::sqrt(estimate.noise_variance);
+  result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
+  result.pixels = tag.pixels;
+  return correct(inner_correction(image, detection.tag, tag, estimate), tag, border_in_doubt, result);
+}
+
+RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& options,
+                        const RefinedCorners& result) {
+  const double step = family(detection.tag.family).reversed_border ? -result.contrast : result.contrast;
+  if (step < options.min_contrast) return RefinementOutcome::LowContrast;
+  if (result.noise > options.max_residual * step) return RefinementOutcome::PoorFit;
+  // Edges without any blur, along the borders of pixels, leave their place between the pixels open.
+  if (Eigen::LLT<CornerCovariance>(result.covariance_px2).info() != Eigen::Success)
+    return RefinementOutcome::PoorFit;
+  const double largest = result.covariance_px2.diagonal().maxCoeff();
+  if (!(largest < options.unrefined_sigma_px * options.unrefined_sigma_px)) return RefinementOutcome::PoorFit;
+  return RefinementOutcome::Refined;
+}
+
+/// Whether the bits inside may tell what the border did not.
+bool bits_may_tell(RefinementOutcome outcome) {
+  return outcome == RefinementOutcome::TooLittleSeen || outcome == RefinementOutcome::LowContrast ||
+         outcome == RefinementOutcome::PoorFit || outcome == RefinementOutcome::MovedTooFar;
+}
+
+}  // namespace
+
+std::string_view to_string(RefinementOutcome outcome) {
+  switch (outcome) {
+    case RefinementOutcome::Refined:
+      return "refined";
+    case RefinementOutcome::UnusableQuad:
+      return "unusable_quad";
+    case RefinementOutcome::TooSmall:
+      return "too_small";
+    case RefinementOutcome::CutByBorder:
+      return "cut_by_border";
+    case RefinementOutcome::TooLittleSeen:
+      return "too_little_seen";
+    case RefinementOutcome::LowContrast:
+      return "low_contrast";
+    case RefinementOutcome::PoorFit:
+      return "poor_fit";
+    case RefinementOutcome::MovedTooFar:
+      return "moved_too_far";
+  }
+  return "unknown";
+}
+
+RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
+                              const RefinementOptions& options, const CameraModel* camera) {
+  RefinedCorners result;
+  double unrefined_sigma_px = options.unrefined_sigma_px;
+  bool border_in_doubt = false;
+  const bool known = usable(image, detection);
+  if (known && cut_by_border(image, detection, options.border_px)) {
+    result.outcome = RefinementOutcome::CutByBorder;
+    const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
+    unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
+  } else if (known) {
+    result.outcome = fit(image, detection, options, camera, border_in_doubt, result);
+  }
+  if (result.refined()) result.outcome = judge(detection, options, result);
+  if (border_in_doubt || bits_may_tell(result.outcome)) {
+    const auto placed = place_by_bits(image, detection, options, camera);
+    if (placed && judge(detection, options, *placed) == RefinementOutcome::Refined &&
+        (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
+      return *placed;
+  }
+  if (result.refined()) return result;
+  RefinedCorners kept;
+  kept.outcome = result.outcome;
+  kept.corners_px = detection.corners_px;
+  kept.covariance_px2 = unrefined_sigma_px * unrefined_sigma_px * CornerCovariance::Identity();
+  return kept;
+}
+
+}  // namespace waymark

@@ -1,0 +1,65 @@
+// Where a lens moves what is printed on a tag.
+#include "waymark/tags/refinement/lens_bends.hpp"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+#include <Eigen/Geometry>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/se3.hpp"
+
+namespace waymark::refinement {
+namespace {
+
+CameraModel wide() {
+  PinholeRadtan lens{.fx = 900, .fy = 900, .cx = 640, .cy = 360};
+  lens.k[0] = -0.25;
+  lens.coefficients = 4;
+  return CameraModel::make(lens, 1280, 720).value();
+}
+
+/// A tilted square of 60 px near the border of the picture.
+struct Square {
+  CameraModel camera = wide();
+  SE3 cam_T_tag = SE3(SO3::exp({0.7, -0.4, 0.3}), Eigen::Vector3d(1.3, 0.5, 2.3));
+  [[nodiscard]] Eigen::Vector2d px(double s, double t) const {
+    return camera.project(cam_T_tag * Eigen::Vector3d(0.075 * s, 0.075 * t, 0)).value();
+  }
+  [[nodiscard]] Quad corners() const { return {px(-1, -1), px(1, -1), px(1, 1), px(-1, 1)}; }
+};
+
+TEST(LensField, IsWhereTheLensMovesThePrint) {
+  const Square square;
+  const auto field = lens_field(square.camera, edge_frames(square.corners(), 8));
+  ASSERT_TRUE(field);
+  const Eigen::Matrix3d px_H_unit = homography_of_unit_square(square.corners());
+  Random random(3);
+  double largest = 0;
+  for (int i = 0; i < 100; ++i) {
+    const double s = random.uniform(-1, 1);
+    const double t = random.uniform(-1, 1);
+    const Eigen::Vector2d flat = (px_H_unit * Eigen::Vector3d((s + 1) / 2, (t + 1) / 2, 1)).hnormalized();
+    const Eigen::Vector2d off = square.px(s, t) - flat;
+    largest = std::max(largest, off.norm());
+    EXPECT_LT((field->at(s, t) - off).norm(), 0.005) << s << " " << t;
+  }
+  EXPECT_GT(largest, 0.1) << "or else there is nothing to follow";
+  for (const double s : {-1.0, 1.0})
+    for (const double t : {-1.0, 1.0}) EXPECT_LT(field->at(s, t).norm(), 1e-9);
+}
+
+TEST(LensField, IsNoneWithoutDistortionAndUnknownBeyondTheLens) {
+  const Square square;
+  const CameraModel plain =
+      CameraModel::make(PinholeRadtan{.fx = 900, .fy = 900, .cx = 640, .cy = 360}, 1280, 720).value();
+  const auto none = lens_field(plain, edge_frames(square.corners(), 8));
+  ASSERT_TRUE(none);
+  for (const Eigen::Vector2d& off : none->off_px) EXPECT_LT(off.norm(), 1e-9);
+  Quad beyond = square.corners();
+  for (Eigen::Vector2d& corner : beyond) corner += Eigen::Vector2d(3000, 0);
+  EXPECT_FALSE(lens_field(square.camera, edge_frames(beyond, 8)));
+}
+
+}  // namespace
+}  // namespace waymark::refinement
