@@ -55,7 +55,6 @@ struct Alignment {
 
 // How far a trajectory is from a path that is known without times: a tape on the floor, a route.
 
-
 /// Corners of a path on the floor, joined by straight lines [m].
 struct FloorPath {
   std::vector<Eigen::Vector2d> corners{};
@@ -78,7 +77,6 @@ struct PathScores {
 [[nodiscard]] FloorPath floor_path(const Trajectory& trajectory, double step_m);
 
 // How good a trajectory is against another that is known at each time.
-
 
 struct TrajectoryScoreOptions {
   double rpe_delta_s = 1;

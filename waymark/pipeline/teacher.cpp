@@ -1,6 +1,7 @@
 #include "waymark/pipeline/teacher.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -8,6 +9,73 @@
 #include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {
+namespace {
+
+/// Who belongs together (union-find with path halving).
+class Groups {
+ public:
+  TagId root(TagId tag) {
+    auto it = parent_.try_emplace(tag, tag).first;
+    while (!(it->second == it->first)) {
+      it->second = parent_.at(it->second);
+      it = parent_.find(it->second);
+    }
+    return it->first;
+  }
+  /// False when they were together already.
+  bool join(const TagId& a, const TagId& b) {
+    const TagId root_a = root(a);
+    const TagId root_b = root(b);
+    if (root_a == root_b) return false;
+    parent_.at(root_b) = root_a;
+    return true;
+  }
+
+ private:
+  std::map<TagId, TagId> parent_;
+};
+
+}  // namespace
+
+void TagLinks::add(std::span<const TagId> tags, std::span<const TagId> beside) {
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    ++seen_[tags[i]];
+    for (std::size_t k = 0; k < i; ++k) {
+      if (tags[i] == tags[k]) continue;
+      ++together_[std::minmax(tags[i], tags[k])];
+    }
+    for (const TagId& other : beside) {
+      if (tags[i] != other) ++together_[std::minmax(tags[i], other)];
+    }
+  }
+}
+
+std::vector<TagLink> TagLinks::forest() const {
+  std::vector<TagLink> links;
+  for (const auto& [pair, frames] : together_) links.push_back({pair.first, pair.second, frames});
+  std::ranges::stable_sort(links, std::ranges::greater(), &TagLink::frames);
+  Groups groups;
+  std::erase_if(links, [&](const TagLink& link) { return !groups.join(link.first, link.second); });
+  return links;
+}
+
+std::vector<TagLink> TagLinks::weak(int frames) const {
+  std::vector<TagLink> links = forest();
+  std::erase_if(links, [&](const TagLink& link) { return link.frames >= frames; });
+  std::ranges::reverse(links);
+  return links;
+}
+
+std::vector<TagId> TagLinks::unreachable(const TagId& anchor) const {
+  Groups groups;
+  for (const TagLink& link : forest()) groups.join(link.first, link.second);
+  std::vector<TagId> tags;
+  for (const auto& [tag, frames] : seen_) {
+    if (!(groups.root(tag) == groups.root(anchor))) tags.push_back(tag);
+  }
+  return tags;
+}
+
 namespace {
 
 constexpr double kAnchorWindowSeconds =
@@ -217,6 +285,72 @@ TeachSummary Teacher::summary() const {
   judge_links(summary);
   judge_stamps(summary);
   return summary;
+}
+
+namespace {
+
+constexpr double kTooManyBlurred = 0.05;
+
+}  // namespace
+
+void TeachMonitor::add(const Sample& sample) {
+  if (const auto* odometry = std::get_if<Odometry>(&sample)) follow(*odometry);
+  if (const auto* frame = std::get_if<TagFrame>(&sample)) count(frame->camera, frame->detections.size());
+  if (const auto* frame = std::get_if<TagPoseFrame>(&sample)) count(frame->camera, frame->tags.size());
+}
+
+void TeachMonitor::count(const std::string& camera, std::size_t tags) {
+  tags_[camera] = tags;
+  ++frames_;
+  const double blur = motion_blur_px();
+  blurred_frames_ += blur > options_.blur_px ? 1 : 0;
+  worst_blur_px_ = std::max(worst_blur_px_, blur);
+}
+
+void TeachMonitor::follow(const Odometry& odometry) {
+  yaw_rate_rad_s_ = odometry.yaw_rate_rad_s;
+  // A clock that jumped back begins again.
+  if (!speeds_.empty() && odometry.stamp <= speeds_.back().stamp) speeds_.clear();
+  speeds_.push_back({odometry.stamp, odometry.speed_m_s});
+  while (to_seconds(speeds_.back().stamp - speeds_.front().stamp) > options_.window_s) speeds_.pop_front();
+  const bool abrupt = std::abs(acceleration_m_s2()) > options_.acceleration_m_s2;
+  abrupt_moments_ += abrupt && !abrupt_ ? 1 : 0;
+  abrupt_ = abrupt;
+}
+
+double TeachMonitor::motion_blur_px() const {
+  return std::abs(yaw_rate_rad_s_) * options_.exposure_ms * 1e-3 * options_.focal_length_px;
+}
+
+double TeachMonitor::acceleration_m_s2() const {
+  if (speeds_.size() < 2) return 0;
+  const double dt_s = to_seconds(speeds_.back().stamp - speeds_.front().stamp);
+  return dt_s < options_.window_s / 2 ? 0 : (speeds_.back().m_s - speeds_.front().m_s) / dt_s;
+}
+
+std::vector<std::string> TeachMonitor::live() const {
+  std::vector<std::string> words;
+  if (motion_blur_px() > options_.blur_px)
+    words.push_back(fmt::format("motion blur {:.1f} px: turn more slowly", motion_blur_px()));
+  if (abrupt_) words.push_back(fmt::format("abrupt: {:+.1f} m/s2", acceleration_m_s2()));
+  std::size_t tags = tags_.empty() ? 2 : 0;
+  for (const auto& [camera, in_view] : tags_) tags += in_view;
+  if (tags < 2) words.emplace_back(tags == 1 ? "one tag only" : "no tag");
+  return words;
+}
+
+std::vector<std::string> TeachMonitor::summary() const {
+  std::vector<std::string> words;
+  if (frames_ > 0 && blurred_frames_ > kTooManyBlurred * frames_)
+    words.push_back(
+        fmt::format("{:.0f} % of the frames smear by more than {:g} px (up to {:.1f}): turn more slowly, or "
+                    "give the camera more light and a shorter exposure",
+                    100.0 * blurred_frames_ / frames_, options_.blur_px, worst_blur_px_));
+  if (abrupt_moments_ > 0)
+    words.push_back(fmt::format(
+        "the speed changed abruptly {} times (more than {:g} m/s2): wheels slip then, start and stop gently",
+        abrupt_moments_, options_.acceleration_m_s2));
+  return words;
 }
 
 }  // namespace waymark

@@ -42,7 +42,6 @@ struct PathLayer {
 
 // Figures of one drive over its time. The time axis begins with the drive.
 
-
 /// Speed and yaw rate as the wheels tell them.
 [[nodiscard]] Figure speed_figure(const std::string& title, const std::vector<Odometry>& odometry);
 

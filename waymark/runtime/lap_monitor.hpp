@@ -4,7 +4,6 @@
 #include <optional>
 #include <string>
 
-#include "waymark/pipeline/teach_monitor.hpp"
 #include "waymark/pipeline/teacher.hpp"
 
 namespace waymark {

@@ -11,7 +11,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/geometry/se3.hpp"
 
-/// A world in SDF as plain values. Frame world: that of the file, z up.
+/// A world in SDF, read as plain values. Frame world: that of the file, z up.
 namespace waymark {
 
 /// A triangle and where its corners lie in the texture: u to the right, v down, both 0 to 1.

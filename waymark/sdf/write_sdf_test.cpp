@@ -1,24 +1,24 @@
-// Pieces of SDF as text, and what is said where there is no file to read.
 // The text alone; that SDFormat reads it, and what it says then, is tests/gazebo/world_test.py.
 #include "waymark/sdf/write_sdf.hpp"
 
 #include <cstdio>
-#include <fstream>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/data.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/sdf/read_sdf.hpp"
 
 namespace waymark {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+
+using ::testing::IsEmpty;
+
 using ::testing::Not;
 
 TEST(SdfText, APoseIsReadBackAsTheSameRotation) {
@@ -50,29 +50,10 @@ TEST(SdfText, GreyIsTheSameInAllColours) {
             "<geometry><box><size>1.000000 2.000000 3.000000</size></box></geometry>");
 }
 
-TEST(ReadSdf, WhatIsNoFileIsSaidBeforeAnythingIsLoaded) {
-  const auto missing = read_sdf("/nowhere/world.sdf");
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
-  EXPECT_EQ(missing.error().place.source, "/nowhere/world.sdf");
-  const fs::path folder = testing::fresh_folder("read_sdf");
-  const auto no_file = read_sdf(folder);
-  ASSERT_FALSE(no_file);
-  EXPECT_EQ(no_file.error().message, "this is no file");
-  std::ofstream(folder / "large.sdf") << "x";
-  fs::resize_file(folder / "large.sdf", (64U << 20U) + 1U);  // a hole
-  const auto large = read_sdf(folder / "large.sdf");
-  ASSERT_FALSE(large);
-  EXPECT_EQ(large.error().code, ErrorCode::LimitExceeded);
-}
-
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
-
 RobotDescription robot_named(const char* name) {
   return read_robot(find_shared("robots", name).value()).value();
 }
+
 World world_named(const char* name) { return read_world(find_shared("worlds", name).value()).value(); }
 
 std::size_t count(const std::string& text, const std::string& piece) {

@@ -34,6 +34,8 @@
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
+
 /// A line of standard input, without its end. Fails at the end of the input, and when it is cancelled.
 Result<std::string> typed_line(const std::function<bool()>& cancelled) {
   std::string line;
@@ -52,7 +54,6 @@ Result<std::string> typed_line(const std::function<bool()>& cancelled) {
 }
 
 constexpr VelocityCommand kFirstForward{.speed_m_s = 0.1, .yaw_rate_rad_s = 0};
-
 constexpr VelocityCommand kFirstTurn{.speed_m_s = 0, .yaw_rate_rad_s = 0.4};
 
 /// The steps of commission(), one after the other. Each adds what it found; an error means that the next one
@@ -237,8 +238,6 @@ class ScratchFolder {
 
 double command_timeout_s() { return to_seconds(CommandWatchOptions{}.timeout); }
 
-}  // namespace
-
 /// Its socket stands in a folder of its own, so that no other drive of this user is stopped.
 Status FirstDrive::stop_by_request() {
   const ScratchFolder folder;
@@ -382,10 +381,6 @@ Status FirstDrive::try_stops() {
   if (status) status = lose_data();
   return status;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
 
 bool nothing_failed(const CommissionReport& report) {
   return std::ranges::none_of(report.findings, [](const CommissionFinding& finding) {

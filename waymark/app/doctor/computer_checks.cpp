@@ -227,12 +227,10 @@ DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result
 
 namespace {
 
-namespace fs = std::filesystem;
-
 std::vector<std::string> gamepads() {
   std::vector<std::string> found;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator("/dev/input", error))
+  for (const auto& entry : std::filesystem::directory_iterator("/dev/input", error))
     if (entry.path().filename().string().starts_with("js")) found.push_back(entry.path().string());
   std::ranges::sort(found);
   return found;

@@ -42,6 +42,9 @@ struct DoctorLine {
 [[nodiscard]] DoctorLine check_calibration(const std::filesystem::path& path,
                                            std::filesystem::file_time_type now);
 
+/// Serial ports and gamepads of this computer, and whether this user may open them.
+[[nodiscard]] std::vector<DoctorLine> check_devices();
+
 /// The room on the disk of a folder: a recording with pictures takes some 100 MB a minute.
 [[nodiscard]] DoctorLine check_disk(const std::filesystem::path& folder);
 [[nodiscard]] DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_bytes);

@@ -28,6 +28,9 @@
 namespace waymark {
 namespace {
 
+/// How long one waits for a message before it is asked whether to end.
+constexpr Duration kDoctorSlice = std::chrono::milliseconds(100);
+
 DoctorLine odometry_line(const NetworkHeard& heard, const std::string& howto) {
   constexpr double kLeastRateHz = 10;
   if (heard.odometries == 0)
@@ -146,9 +149,8 @@ DoctorLine check_drive(const LimoState& state) {
           state.drive == LimoDrive::Ackermann ? "--robot-file limo-ackermann" : ""};
 }
 
-}  // namespace
-
-std::vector<DoctorLine> check_limo(const std::string& port, const LimoHeard& heard) {
+/// The lines of what was heard.
+std::vector<DoctorLine> limo_lines(const std::string& port, const LimoHeard& heard) {
   std::vector<DoctorLine> lines = {check_frames(port, heard)};
   if (heard.frames == 0) return lines;
   if (!heard.state) {
@@ -161,10 +163,12 @@ std::vector<DoctorLine> check_limo(const std::string& port, const LimoHeard& hea
   return lines;
 }
 
+}  // namespace
+
 std::vector<DoctorLine> check_limo(const std::string& port, const DoctorCancelled& cancelled) {
   constexpr Duration kListen = std::chrono::milliseconds(1500);
   const auto heard = listen_to_limo(port, kListen, cancelled);
-  if (heard) return check_limo(port, *heard);
+  if (heard) return limo_lines(port, *heard);
   return {{"robot", DoctorLevel::Fail, port + ": " + heard.error().message, heard.error().hint}};
 }
 

@@ -34,9 +34,6 @@ struct NetworkHeard {
 /// that helps.
 [[nodiscard]] std::vector<DoctorLine> network_lines(const NetworkHeard& heard, const std::string& howto);
 
-/// How long one waits for a message before it is asked whether to end.
-inline constexpr Duration kDoctorSlice = std::chrono::milliseconds(100);
-
 /// An MBot on LCM; a robot of a profile on ROS 2 (with peers and qualities of service), or in Gazebo. Each
 /// listens for some seconds and sends nothing.
 [[nodiscard]] std::vector<DoctorLine> check_mbot(const std::string& address,
@@ -46,14 +43,8 @@ inline constexpr Duration kDoctorSlice = std::chrono::milliseconds(100);
 [[nodiscard]] std::vector<DoctorLine> check_gazebo(const std::string& profile,
                                                    const DoctorCancelled& cancelled);
 
-/// Serial ports and gamepads of this computer, and whether this user may open them.
-[[nodiscard]] std::vector<DoctorLine> check_devices();
-
 /// Whether LIMO's port is there and may be opened (group, other programs), and what LIMO says there of its
 /// battery, its errors and its drive in a second and a half. Nothing is sent.
 [[nodiscard]] std::vector<DoctorLine> check_limo(const std::string& port, const DoctorCancelled& cancelled);
-
-/// The lines of what was heard.
-[[nodiscard]] std::vector<DoctorLine> check_limo(const std::string& port, const LimoHeard& heard);
 
 }  // namespace waymark

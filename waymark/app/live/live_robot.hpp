@@ -19,9 +19,10 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
-/// Until its first drive (`waymark commission`) has passed, a real robot is driven slowly.
+/// A robot that is a process of its own.
 namespace waymark {
 
+/// Until its first drive (`waymark commission`) has passed, a real robot is driven no faster than this.
 inline constexpr double kUncommissionedSpeed_m_s = 0.15;
 
 /// Why a robot is limited to kUncommissionedSpeed_m_s, and the command that lifts it, in a sentence; nothing
@@ -75,7 +76,7 @@ class LiveRobot {
 
   /// RobotLoop::drive(); the words of the robot are notes. What is decided is slowed to speed_limit_m_s().
   Result<RobotLoopEnd> drive(RobotListener listener);
-  /// Of a real robot that has not been commissioned (commission_limit.hpp); else infinity.
+  /// Of a real robot that has not been commissioned (lacks_commission()); else infinity.
   [[nodiscard]] double speed_limit_m_s() const;
   /// The robot itself, where nothing is to be decided.
   [[nodiscard]] ProcessRobot& process() { return *robot_; }

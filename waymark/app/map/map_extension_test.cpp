@@ -1,4 +1,4 @@
-// A lap that improves a map: which tags stay, go and count, and laps of robots that keep no corners.
+// A lap that improves a map: which tags stay, go and count.
 #include "waymark/app/map/map_extension.hpp"
 
 #include <gmock/gmock.h>
@@ -162,78 +162,6 @@ TEST_F(MapExtension, WhatChangedSinceAnOlderMapIsSaid) {
   EXPECT_LT(report->prior_rms_m, 0.1);
   EXPECT_THAT(report->warnings, Contains(HasSubstr(to_string(first))));
   EXPECT_EQ(to_json(*report)["tags"], seen.tags.size());
-}
-
-/// The lap of a robot that keeps poses of tags and no corners.
-RecordedLap lap_of_poses() {
-  RecordedLap lap;
-  lap.setup.base_T_cam = SE3(body_R_optical(), {0.1, 0, 0.2});
-  for (int i = 0; i <= 120; ++i) {
-    const SensorTime stamp(std::chrono::milliseconds(50 * i));
-    const SE2 base(0.02 * i, 0.2 * std::sin(0.05 * i),
-                   std::atan(0.5 * std::cos(0.05 * i)));  // along the curve
-    lap.odometry.push_back({stamp, SE2(base), 0.4, 0});
-    TagPoseFrame frame{.stamp = stamp};
-    for (int t = 0; t < 4; ++t) {
-      const SE3 map_T_tag(body_R_optical(), {4, 0.6 * t - 1, 0.3});
-      const SE3 cam_T_tag = (lift(base) * *lap.setup.base_T_cam).inverse() * map_T_tag;
-      frame.tags.push_back({tag(t), cam_T_tag});
-    }
-    lap.tag_poses.push_back(frame);
-  }
-  return lap;
-}
-
-TEST(MapPoses, TheMapStandsWhereTheLapBegan) {
-  MapReport report;
-  MapJob job{.lap = "lap.log"};
-  job.overrides.tag_size_m = 0.16;
-  const auto map = map_poses(lap_of_poses(), job, report);
-  ASSERT_TRUE(map) << to_string(map.error());
-  EXPECT_EQ(report.method, "poses");
-  EXPECT_EQ(map->provenance.front(), (std::pair<std::string, std::string>{"method", "poses"}));
-  ASSERT_TRUE(report.poses);
-  EXPECT_EQ(map->tags.tags.size(), 4U);
-  EXPECT_TRUE(map->tags.find(map->anchor) != nullptr);
-  EXPECT_NEAR(
-      (map->tags.find(tag(0))->map_T_tag.translation() - map->tags.find(tag(3))->map_T_tag.translation())
-          .norm(),
-      1.8, 0.05)
-      << "distances are those of the place";
-  EXPECT_THAT(report.warnings, IsEmpty());
-}
-
-TEST(MapPoses, TheTagsAreAsLargeAsTheRecordingSays) {
-  MapReport report;
-  RecordedLap lap = lap_of_poses();
-  lap.setup.metadata[lap_facts::kMetadata][lap_facts::kTagSize] = "0.054";
-  const auto map = map_poses(lap, {.lap = "lap.log"}, report);
-  ASSERT_TRUE(map) << to_string(map.error());
-  for (const auto& [id, mapped] : map->tags.tags) EXPECT_EQ(mapped.size_m, 0.054) << to_string(id);
-  EXPECT_THAT(report.lap.warnings, Not(Contains(HasSubstr("how large its tags are"))));
-  MapJob job{.lap = "lap.log"};
-  job.overrides.tag_size_m = 0.08;
-  EXPECT_EQ(map_poses(lap, job, report)->tags.tags.begin()->second.size_m, 0.08)
-      << "who says it knows better";
-}
-
-TEST(MapPoses, WhatOnlyCornersCouldDoIsRefused) {
-  MapReport report;
-  MapJob job{.lap = "lap.log"};
-  job.overrides.anchor = "3";
-  const auto anchored = map_poses(lap_of_poses(), job, report);
-  ASSERT_FALSE(anchored);
-  EXPECT_EQ(anchored.error().code, ErrorCode::Unsupported);
-  EXPECT_THAT(anchored.error().hint, HasSubstr("--anchor"));
-}
-
-TEST(MapPoses, AMountingThatNobodySaysIsSaid) {
-  MapReport report;
-  MapJob job{.lap = "lap.log"};
-  RecordedLap lap = lap_of_poses();
-  lap.setup.base_T_cam.reset();
-  (void)map_poses(lap, job, report);
-  EXPECT_THAT(report.warnings, Contains(HasSubstr("where the camera sits")));
 }
 
 }  // namespace

@@ -26,7 +26,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/lap/map_comparison.hpp"
-#include "waymark/pipeline/pose_lap_mapper.hpp"
+#include "waymark/pipeline/lap_mapper.hpp"
 #include "waymark/plot/run_figures.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/samples/mounted_camera.hpp"
@@ -45,7 +45,8 @@ std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
   return odometry;
 }
 
-/// A lap of a robot whose recording holds poses of tags and no corners.
+}  // namespace
+
 Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
   if (job.overrides.anchor || job.overrides.map_T_anchor || job.extend)
     return fail(ErrorCode::Unsupported,
@@ -78,6 +79,8 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
   map.provenance[0].second = report.method;
   return map;
 }
+
+namespace {
 
 /// What changed since the prior map, as warnings.
 void compare_with_prior(const MapJob& job, MapReport& report) {

@@ -13,7 +13,6 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
-#include "waymark/pipeline/pose_lap_mapper.hpp"
 
 /// `waymark map`: a recorded lap becomes a map, a route and figures in a folder.
 namespace waymark {
@@ -66,6 +65,8 @@ struct MapReport {
 /// of an older map, or under one of these names, stays beside the new ones (map.1.yaml, …). Cancelling leaves
 /// the folder as it was: the error says so.
 [[nodiscard]] Result<MapReport> map_recording(const MapJob& job, const JobControl& control);
+/// The map of a lap whose recording holds poses of tags and no corners; nothing is written.
+[[nodiscard]] Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
 /// What `waymark map` prints of a map that it wrote into this folder.
 [[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);

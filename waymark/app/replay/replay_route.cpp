@@ -322,11 +322,6 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
 
 }  // namespace
 
-Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job, const JobControl& control) {
-  for (const std::string& words : other_robot_words(setup, job.folder)) control.note(words);
-  return setup.process.empty() ? replay_simulated(setup, job, control) : replay_process(setup, job, control);
-}
-
 namespace {
 
 /// The setup with the tags of the map, where its world is not known: for the recording and the judge.
@@ -381,6 +376,9 @@ Result<ReplayReport> LiveReplay::finish(const ReplayEnd& end) {
   return report;
 }
 
+namespace {
+
+/// Of a robot that is a process.
 Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& job,
                                     const JobControl& control) {
   const Stopwatch watch;
@@ -411,6 +409,13 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
     report->warnings.push_back(std::move(words));
   report->wall_s = watch.seconds();
   return report;
+}
+
+}  // namespace
+
+Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job, const JobControl& control) {
+  for (const std::string& words : other_robot_words(setup, job.folder)) control.note(words);
+  return setup.process.empty() ? replay_simulated(setup, job, control) : replay_process(setup, job, control);
 }
 
 namespace {

@@ -236,8 +236,4 @@ class LiveReplay {
   std::unique_ptr<ReplaySession> session_{};
 };
 
-/// replay_route() of a robot that is a process.
-[[nodiscard]] Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& job,
-                                                  const JobControl& control);
-
 }  // namespace waymark

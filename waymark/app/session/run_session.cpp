@@ -85,8 +85,6 @@ Result<std::string> MapInTheMaking::take() {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// map_recording() without a word, on whatever thread it is called.
 MapMaker map_quietly(std::function<bool()> cancelled) {
   return [cancelled = std::move(cancelled)](const std::string& lap, const fs::path& folder) -> Status {

@@ -65,6 +65,39 @@ Result<LapEnd> drive(const SimulatedSetup& setup, const SimulatedDriver& driver,
       listener, driver.script != nullptr ? kTenMinutes : kAnHour);
 }
 
+/// Truth of pictures, where no estimator looks.
+std::string truth_topic(const std::string& camera) {
+  return "/truth" + topic_of_camera(camera, topics::kTags);
+}
+
+/// The corners that are wholly in view, as if a detector without errors had found them.
+TagFrame true_corners(const SeenPicture& seen) {
+  TagFrame frame{.stamp = seen.found.stamp, .camera = seen.found.camera};
+  for (const SceneTagTruth& tag : seen.picture.tags) {
+    if (std::ranges::count(tag.corner_visible, true) < 4) continue;
+    frame.detections.push_back({.tag = tag.tag, .hamming = 0, .corners_px = tag.corners_px});
+  }
+  return frame;
+}
+
+/// Records a rendered picture and what is true of it; its tags are a sample of the lap.
+Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
+  Status status = recorder.add_message(truth_topic(seen.found.camera), seen.found.stamp,
+                                       ros2::to_ros(true_corners(seen)));
+  if (!status || images.empty()) return status;
+  return record_picture({.stamp = seen.found.stamp, .camera = seen.found.camera, .image = seen.picture.image},
+                        images, recorder);
+}
+
+TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {
+  return {.summary = lap.summary(),
+          .end = end,
+          .worst_blur_px = lap.monitor().worst_blur_px(),
+          .blurred_frames = lap.monitor().blurred_frames(),
+          .abrupt_moments = lap.monitor().abrupt_moments(),
+          .wall_s = watch.seconds()};
+}
+
 Result<TeachReport> teach_simulated(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
   const Stopwatch watch;
   const SimulatedSetup& simulated = setup.simulated;
@@ -93,89 +126,6 @@ Result<TeachReport> teach_simulated(const RobotSetup& setup, const TeachJob& job
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
   return report_of(session.lap(), *end, watch);
-}
-
-}  // namespace
-
-Status check_teach(const TeachJob& job, const RobotSetup& setup) {
-  const RobotModel& robot = setup.simulated.model;
-  const double most = robot.limits.speed_m_s;
-  if (job.speed_m_s > most)
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
-                {.key = "--speed-m-s"},
-                "Give a lower speed, or change limits: speed_m_s in a robot's file of your own.");
-  if (job.second_speed_m_s > most)
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
-                {.key = "--second-speed-m-s"}, "Give a lower speed.");
-  if (job.second_speed_m_s > 0 && (job.driver != "scripted" || !setup.process.empty()))
-    return fail(ErrorCode::InvalidArgument,
-                "only the scripted driver of a simulated robot changes its speed by itself",
-                {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
-  return check_recorded_images(setup.may_have_pictures(), job.images);
-}
-
-Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
-  return setup.process.empty() ? teach_simulated(setup, job, control) : teach_process(setup, job, control);
-}
-
-Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given) {
-  const bool process = !setup.process.empty();
-  FlagRefusals refused(given);
-  refused.flags(process || job.driver != "scripted", {"--wander-m", "--wander-time-s", "--overlap-m"},
-                "this is about the scripted driver of a simulated robot", "Leave it out.");
-  refuse_seed(process && job.driver != "scripted", refused);
-  return refused.status();
-}
-
-namespace {
-
-/// Truth of pictures, where no estimator looks.
-std::string truth_topic(const std::string& camera) {
-  return "/truth" + topic_of_camera(camera, topics::kTags);
-}
-
-/// The corners that are wholly in view, as if a detector without errors had found them.
-TagFrame true_corners(const SeenPicture& seen) {
-  TagFrame frame{.stamp = seen.found.stamp, .camera = seen.found.camera};
-  for (const SceneTagTruth& tag : seen.picture.tags) {
-    if (std::ranges::count(tag.corner_visible, true) < 4) continue;
-    frame.detections.push_back({.tag = tag.tag, .hamming = 0, .corners_px = tag.corners_px});
-  }
-  return frame;
-}
-
-}  // namespace
-
-TeachListener lap_listener(SampleRecorder& recorder, const std::string& images, const JobControl& control) {
-  return {.on_sample =
-              [&recorder, images](const Sample& sample) {
-                const auto* picture = std::get_if<CameraFrame>(&sample);
-                return picture != nullptr ? record_picture(*picture, images, recorder) : recorder.add(sample);
-              },
-          .on_progress = [&control](const std::string& line) { control.progress({.words = line}); },
-          .on_words = [&control](const std::string& words) { control.note(words); }};
-}
-
-Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
-  Status status = recorder.add_message(truth_topic(seen.found.camera), seen.found.stamp,
-                                       ros2::to_ros(true_corners(seen)));
-  if (!status || images.empty()) return status;
-  return record_picture({.stamp = seen.found.stamp, .camera = seen.found.camera, .image = seen.picture.image},
-                        images, recorder);
-}
-
-LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
-  const auto exposure_ms = setup.pictures ? std::optional(setup.pictures->camera.exposure_ms) : std::nullopt;
-  return {teach_setup(setup), monitor_options(setup.camera, exposure_ms), std::move(listener)};
-}
-
-TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {
-  return {.summary = lap.summary(),
-          .end = end,
-          .worst_blur_px = lap.monitor().worst_blur_px(),
-          .blurred_frames = lap.monitor().blurred_frames(),
-          .abrupt_moments = lap.monitor().abrupt_moments(),
-          .wall_s = watch.seconds()};
 }
 
 Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
@@ -213,6 +163,53 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   const LapEnd end =
       hung_up ? LapEnd{.finished = session.finished(), .interrupted = true} : session.end(*driven);
   return report_of(session.lap(), end, watch);
+}
+
+}  // namespace
+
+Status check_teach(const TeachJob& job, const RobotSetup& setup) {
+  const RobotModel& robot = setup.simulated.model;
+  const double most = robot.limits.speed_m_s;
+  if (job.speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
+                {.key = "--speed-m-s"},
+                "Give a lower speed, or change limits: speed_m_s in a robot's file of your own.");
+  if (job.second_speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
+                {.key = "--second-speed-m-s"}, "Give a lower speed.");
+  if (job.second_speed_m_s > 0 && (job.driver != "scripted" || !setup.process.empty()))
+    return fail(ErrorCode::InvalidArgument,
+                "only the scripted driver of a simulated robot changes its speed by itself",
+                {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
+  return check_recorded_images(setup.may_have_pictures(), job.images);
+}
+
+Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
+  return setup.process.empty() ? teach_simulated(setup, job, control) : teach_process(setup, job, control);
+}
+
+Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given) {
+  const bool process = !setup.process.empty();
+  FlagRefusals refused(given);
+  refused.flags(process || job.driver != "scripted", {"--wander-m", "--wander-time-s", "--overlap-m"},
+                "this is about the scripted driver of a simulated robot", "Leave it out.");
+  refuse_seed(process && job.driver != "scripted", refused);
+  return refused.status();
+}
+
+TeachListener lap_listener(SampleRecorder& recorder, const std::string& images, const JobControl& control) {
+  return {.on_sample =
+              [&recorder, images](const Sample& sample) {
+                const auto* picture = std::get_if<CameraFrame>(&sample);
+                return picture != nullptr ? record_picture(*picture, images, recorder) : recorder.add(sample);
+              },
+          .on_progress = [&control](const std::string& line) { control.progress({.words = line}); },
+          .on_words = [&control](const std::string& words) { control.note(words); }};
+}
+
+LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
+  const auto exposure_ms = setup.pictures ? std::optional(setup.pictures->camera.exposure_ms) : std::nullopt;
+  return {teach_setup(setup), monitor_options(setup.camera, exposure_ms), std::move(listener)};
 }
 
 namespace {

@@ -84,10 +84,6 @@ struct TeachReport {
 /// file.
 [[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job,
                                             const JobControl& control);
-/// The same of a robot that is a process; called by teach_lap().
-[[nodiscard]] Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job,
-                                                const JobControl& control);
-
 /// What was driven and seen, and whether it can be mapped; `loop`: the route was to close.
 [[nodiscard]] std::string to_text(const TeachReport& report, const std::string& file, bool loop);
 [[nodiscard]] nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file);
@@ -99,13 +95,7 @@ struct TeachReport {
 /// them outlive the listener.
 [[nodiscard]] TeachListener lap_listener(SampleRecorder& recorder, const std::string& images,
                                          const JobControl& control);
-/// Records a rendered picture and what is true of it; its tags are a sample of the lap.
-[[nodiscard]] Status record_rendered(const SeenPicture& seen, const std::string& images,
-                                     SampleRecorder& recorder);
-
 /// A lap of the setup, for a listener.
 [[nodiscard]] LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener);
-
-[[nodiscard]] TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch);
 
 }  // namespace waymark

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
-
-#include <tinyxml2.h>
+#include <vector>
 
 #include <console_bridge/console.h>
 #include <fmt/format.h>
+#include <tinyxml2.h>
 #include <ignition/math/Pose3.hh>
 #include <sdf/Box.hh>
 #include <sdf/Console.hh>
@@ -30,21 +32,14 @@
 
 #include "waymark/sdf/sdformat/read_mesh.hpp"
 
-// Inside the room: from names in an SDF file to files.
-
-#include <filesystem>
-#include <string>
-#include <vector>
-
 namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
 
 /// The file or folder that a URI (model://, file://, or a path) means, looked for in the folders one after
 /// the other; empty where it is in none.
-[[nodiscard]] std::filesystem::path resolve_uri(const std::string& uri,
-                                                const std::vector<std::filesystem::path>& folders);
-
-std::filesystem::path resolve_uri(const std::string& uri, const std::vector<std::filesystem::path>& folders) {
-  namespace fs = std::filesystem;
+fs::path resolve_uri(const std::string& uri, const std::vector<fs::path>& folders) {
   std::string_view name = uri;
   for (const std::string_view scheme : {"model://", "file://", "package://"})
     if (name.starts_with(scheme)) name.remove_prefix(scheme.size());
@@ -56,10 +51,6 @@ std::filesystem::path resolve_uri(const std::string& uri, const std::vector<std:
     if (fs::path found = folder / wanted; fs::exists(found, ignored)) return found;
   return {};
 }
-
-namespace {
-
-namespace fs = std::filesystem;
 
 SE3 se3(const ignition::math::Pose3d& pose) {
   const auto& q = pose.Rot();

@@ -15,6 +15,13 @@
 #include "waymark/image/image.hpp"
 #include "waymark/simulation/render/scene.hpp"
 
+/// Pictures of a scene as a moving camera takes them, with the truth about each.
+///
+///     const auto camera = SceneCamera::make(scene_of(world), model, options);
+///     const auto frame = camera->render([&](double t) { return map_T_cam_at(stamp + t); }, stamp, seed);
+///
+/// A driver that has threads renders bands side by side: begin() once, expose() each band, and when all are
+/// exposed read_out() each, then finish(). The bytes are those of render().
 namespace waymark {
 
 /// Every knob of a camera that sees a scene. docs/concepts/camera_simulation.md shows each of them.
@@ -79,15 +86,6 @@ struct SceneCameraOptions {
                 100});
   }
 };
-
-// Pictures of a scene as a moving camera takes them, with the truth about each.
-//
-//     const auto camera = SceneCamera::make(scene_of(world), model, options);
-//     const auto frame = camera->render([&](double t) { return map_T_cam_at(stamp + t); }, stamp, seed);
-//
-// A driver that has threads renders bands side by side: begin() once, expose() each band, and when all are
-// exposed read_out() each, then finish(). The bytes are those of render().
-
 
 /// map_T_cam so many seconds after the stamp (before it: negative), while the picture is taken: within half
 /// of exposure_ms + readout_ms.

@@ -1,4 +1,6 @@
 // What a teach lap is told while it is driven and at its end.
+#include "waymark/pipeline/teacher.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,10 +9,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include "waymark/pipeline/tag_links.hpp"
-#include "waymark/pipeline/teach_monitor.hpp"
-#include "waymark/pipeline/teacher.hpp"
 
 namespace waymark {
 namespace {

@@ -1,4 +1,4 @@
-#include "waymark/pipeline/replay_phase.hpp"
+#include "waymark/pipeline/replayer.hpp"
 
 #include <array>
 #include <map>
