@@ -15,6 +15,8 @@
 namespace waymark {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -176,11 +178,6 @@ TEST(TakeRobot, TheFileIsTakenAndWhatDisagreesIsSaid) {
   EXPECT_THAT(typo.error().hint, HasSubstr("limo"));
 }
 
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-
 RobotDescription limo() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
 
 RecordingSetup recorded_by(const RobotDescription& robot) {
@@ -255,38 +252,6 @@ TEST(TakeRobot, WithoutANameNothingHappensAndAWrongOneIsAnError) {
   EXPECT_THAT(to_string(missing.error()), HasSubstr("/nowhere/robot.yaml"));
   EXPECT_FALSE(setup.camera) << "and nothing was taken";
   EXPECT_THAT(warnings, IsEmpty());
-}
-
-TEST(RobotText, TellsBodyLimitsWheelsAndEveryCamera) {
-  RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo-front-rear.yaml").value();
-  robot.model.hull = {.front_m = 0.2, .rear_m = 0.1, .width_m = 0.22, .height_m = 0.25};
-  robot.model.limits.yaw_rate_rad_s = to_radians(90);
-  const std::string text = robot_text(robot, "From the maker's page.");
-  EXPECT_THAT(text, HasSubstr(robot.model.name + "\nFrom the maker's page.\n"));
-  EXPECT_THAT(text, HasSubstr("0.300 m long (0.100 m of it behind base_link), 0.220 m wide, 0.250 m high"));
-  EXPECT_THAT(text, HasSubstr("(90 degrees/s)"));
-  EXPECT_THAT(text, HasSubstr("camera front: "));
-  EXPECT_THAT(text, HasSubstr("camera rear: "));
-  EXPECT_THAT(text, ::testing::Not(HasSubstr("-0.0"))) << "no zero is negative";
-}
-
-TEST(RobotText, LongCommentsAreBrokenAtSpacesAndLoseNothing) {
-  std::string comment;
-  for (int i = 0; i < 60; ++i)
-    comment += (i == 0 ? "" : " ") + std::string(1 + static_cast<std::size_t>(i % 11), 'x');
-  std::istringstream lines(robot_text(limo(), comment));
-  std::string line;
-  std::string joined;
-  std::getline(lines, line);  // the name
-  while (std::getline(lines, line) && !line.starts_with("body:")) {
-    EXPECT_LE(line.size(), 100U);
-    joined += (joined.empty() ? "" : " ") + line;
-  }
-  EXPECT_EQ(joined, comment);
-  const std::string word(230, 'w');
-  EXPECT_THAT(robot_text(limo(), word),
-              HasSubstr(std::string(100, 'w') + "\n" + std::string(100, 'w') + "\n"))
-      << "a word without end is cut";
 }
 
 }  // namespace

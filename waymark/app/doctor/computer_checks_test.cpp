@@ -82,42 +82,6 @@ TEST(Doctor, LooksAtAgeAndVerdictOfACalibration) {
   EXPECT_EQ(check_calibration(file, now).level, DoctorLevel::Fail);
 }
 
-TEST(Doctor, JudgesWhatWasHeardOfARobotOnANetwork) {
-  const auto level_of = [](const NetworkHeard& heard, const std::string& key) {
-    for (const DoctorLine& line : network_lines(heard, "docs"))
-      if (line.key == key) return std::string(to_string(line.level));
-    return std::string("none");
-  };
-  NetworkHeard heard{
-      .odometry = "/odom", .commands = "/cmd_vel", .listened_s = 2, .odometries = 100, .behind_s = 0.004};
-  for (const char* key : {"robot", "clock", "commands"}) EXPECT_EQ(level_of(heard, key), "ok") << key;
-  EXPECT_EQ(level_of(heard, "battery"), "none") << "nothing was said of it";
-  heard.behind_s = -3;
-  EXPECT_EQ(level_of(heard, "clock"), "warn");
-  heard.battery_V = 11;
-  EXPECT_EQ(level_of(heard, "battery"), "ok");
-  heard.battery_share = 0.1;
-  EXPECT_EQ(level_of(heard, "battery"), "warn");
-  heard.others_commands = 20;
-  EXPECT_EQ(level_of(heard, "commands"), "fail");
-  heard.others_commands = 0;
-  heard.silent_publishers = 1;
-  heard.silent_names = "/teleop";
-  EXPECT_EQ(level_of(heard, "commands"), "warn") << "it may begin to";
-  EXPECT_THAT(to_text(network_lines(heard, "docs")),
-              HasSubstr("another program publishes on /cmd_vel as well"));
-  EXPECT_THAT(to_text(network_lines(heard, "docs")), HasSubstr("/teleop"));
-  heard.silent_publishers = 0;
-  heard.hears_commands = false;
-  EXPECT_EQ(level_of(heard, "commands"), "fail");
-  heard.odometries = 8;
-  EXPECT_EQ(level_of(heard, "robot"), "warn") << "4 times a second";
-  heard.sim_pace = 0.2;
-  EXPECT_EQ(level_of(heard, "robot"), "ok") << "20 times a simulated second, on a busy machine";
-  heard.odometries = 0;
-  EXPECT_EQ(level_of(heard, "robot"), "fail");
-}
-
 TEST(Doctor, JudgesDiskAndProcessor) {
   EXPECT_EQ(check_disk(".", 50'000'000'000).level, DoctorLevel::Ok);
   EXPECT_EQ(check_disk(".", 1'000'000'000).level, DoctorLevel::Warn);

@@ -1,7 +1,9 @@
 #include "waymark/app/live/cameras.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <thread>
 #include <utility>
@@ -9,7 +11,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include "waymark/app/doctor/doctor.hpp"
+#include "waymark/app/localize/localize_live.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -17,6 +22,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using ::testing::Not;
 
 TEST(SystemStamps, KeepDistancesWhenTheClockIsSet) {
   Duration steady = seconds(100);
@@ -37,6 +43,7 @@ TEST(SystemStamps, KeepDistancesWhenTheClockIsSet) {
 }
 
 using std::chrono::milliseconds;
+
 using ::testing::HasSubstr;
 
 /// Words first, then a picture every ten milliseconds.
@@ -98,6 +105,44 @@ TEST(CameraAddress, NamesACameraOfTheRobot) {
   EXPECT_EQ(named->address, "gstreamer:videotestsrc pattern=black");
   for (const char* wrong : {"", "/dev/video0", "=v4l2:0", "front=/dev/video0"})
     EXPECT_FALSE(parse_camera_address(wrong, "cam")) << wrong;
+}
+
+TEST(CamerasText, WhatADriverSaysOfItselfCannotMoveTheCursor) {
+  const CameraDevice device{.path = "/dev/video7",
+                            .card = "Cam\x1b[2Jera",
+                            .driver = "uvcvideo",
+                            .bus = "usb\n1",
+                            .modes = {{.format = "H264", .readable = false, .width = 640, .height = 480}},
+                            .controls = {{.name = "gain", .value = 3, .max = 8},
+                                         {.name = "hue",
+                                          .value = 1,
+                                          .max = 2,
+                                          .words = {"a",
+                                                    "\x07"
+                                                    "b"}}}};
+  const std::string text = to_text(std::vector{device}, true);
+  EXPECT_EQ(text.find('\x1b'), std::string::npos);
+  EXPECT_EQ(text.find('\x07'), std::string::npos);
+  EXPECT_THAT(text, HasSubstr("(not read by waymark)"));
+  EXPECT_THAT(text, HasSubstr("hue"));
+  EXPECT_THAT(to_text(std::vector{device}, false), Not(HasSubstr("hue")))
+      << "only what matters for measuring";
+  const json value = json(to_json(std::vector{device}));
+  EXPECT_EQ(value["cameras"][0]["controls"].size(), 2U);
+  EXPECT_FALSE(value["cameras"][0].contains("problem"));
+}
+
+TEST(CamerasText, AValueBeyondItsMenuHasNoWord) {
+  CameraDevice device{.path = "/dev/video0",
+                      .controls = {{.name = "mode", .max = 9, .words = {"off", "on"}}}};
+  for (const double value : {-1.0, 2.0, 1e300}) {
+    device.controls[0].value = value;
+    const std::string text = to_text(std::vector{device}, true);
+    EXPECT_THAT(text, Not(HasSubstr("(off)")));
+    EXPECT_THAT(text, Not(HasSubstr("(on)")));
+  }
+  device.controls[0].value = 1;
+  EXPECT_THAT(to_text(std::vector{device}, true), HasSubstr("(on)"));
 }
 
 }  // namespace

@@ -3,9 +3,20 @@
 #include <deque>
 #include <thread>
 
+#include <unistd.h>
+
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
+#include "waymark/app/live/inputs.hpp"
+#include "waymark/app/live/robot_kinds.hpp"
+#include "waymark/app/live/robot_setup.hpp"
+#include "waymark/app/live/start_recording.hpp"
+#include "waymark/app/replay/robot_difference.hpp"
+#include "waymark/app/robot/robot_table.hpp"
+#include "waymark/config/text_file.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -74,6 +85,7 @@ TEST(CommissionLimit, KeepsWithinTheRobotsLimits) {
 }
 
 using std::chrono::milliseconds;
+
 using std::chrono::seconds;
 
 /// A robot whose clock is 1000 s ahead of ours.
@@ -194,6 +206,16 @@ TEST(RobotWithCameras, FailsWithItsCamera) {
   Rig rig;
   rig.camera->broken = true;
   EXPECT_FALSE(rig.both->next(milliseconds(10)));
+}
+
+TEST(LiveRobot, AProgramThatDoesNotGreetIsAnError) {
+  RobotSetup setup = load_setup("", "", 1).value();
+  setup.process = RobotCommand("exit 3");
+  const auto gone = LiveRobot::open(setup, {});
+  ASSERT_FALSE(gone);
+  setup.process = RobotCommand(std::vector<std::string>{"/nowhere/robot"});
+  const auto missing = LiveRobot::open(setup, {});
+  ASSERT_FALSE(missing);
 }
 
 }  // namespace

@@ -1,12 +1,20 @@
 #include "waymark/app/localize/localize_live.hpp"
 
+#include <algorithm>
+#include <numbers>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/doctor/doctor.hpp"
+#include "waymark/app/live/cameras.hpp"
 
 namespace waymark {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(LocalizeKind, IsToldByTheNames) {
   EXPECT_EQ(localize_kind({.logs = {"lap.mcap", "lap2.mcap"}}, false), LocalizeInput::Recording);
@@ -23,6 +31,65 @@ TEST(LocalizeKind, InputsThatDoNotGoTogetherAreRefused) {
   EXPECT_THAT(words({.logs = {"lap.mcap"}, .robot = "ros2:limo"}), HasSubstr("lap.mcap"));
   EXPECT_THAT(words({.logs = {"v4l2:/dev/video0", "v4l2:/dev/video1"}}), HasSubstr("once for each camera"));
   EXPECT_THAT(words({.logs = {"walk.mp4", "walk2.mp4"}}), HasSubstr("walk2.mp4"));
+}
+
+SensorTime at_s(double seconds) {
+  return SensorTime(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds)));
+}
+
+TEST(EstimateLine, SaysPoseAndDeviationsInTheirUnits) {
+  LocalizationEstimate estimate{.stamp = at_s(1700000000.5),
+                                .map_T_base = SE2(1.25, -2.5, std::numbers::pi / 2)};
+  estimate.covariance = Eigen::Vector3d(0.04 * 0.04, 0.03 * 0.03, 0.01 * 0.01).asDiagonal();
+  const std::string words = estimate_line(3, estimate);
+  EXPECT_THAT(words,
+              HasSubstr("3.0 s: x 1.250 m, y -2.500 m, heading 90.0 deg, within 0.040 m and 0.57 deg"));
+  EXPECT_THAT(words, Not(HasSubstr("guess")));
+  const json value = json::parse(estimate_json(at_s(1700000001), estimate));
+  EXPECT_NEAR(value["pose"]["yaw_rad"].get<double>(), std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR(value["pose"]["position_sigma_m"].get<double>(), 0.04, 1e-12);
+  EXPECT_NEAR(value["pose"]["yaw_sigma_rad"].get<double>(), 0.01, 1e-12);
+  EXPECT_NEAR(value["now_s"].get<double>() - value["pose"]["stamp_s"].get<double>(), 0.5, 1e-6);
+  EXPECT_EQ(value["pose"]["certain"], true);
+  estimate.certain = false;
+  EXPECT_THAT(estimate_line(3, estimate), HasSubstr(", a guess\n"));
+  EXPECT_EQ(json::parse(estimate_json(at_s(1), estimate))["pose"]["certain"], false);
+}
+
+TEST(EstimateLine, AnUnknownPlaceIsNoPose) {
+  EXPECT_THAT(estimate_line(0, std::nullopt), HasSubstr("not known"));
+  EXPECT_TRUE(json::parse(estimate_json(at_s(1), std::nullopt))["pose"].is_null());
+}
+
+TEST(MomentLine, TheDeviationIsThatOfTheWorstDirection) {
+  CameraMoment moment{.stamp = at_s(5), .age = std::chrono::milliseconds(40), .tags = 2};
+  Uncertain<SE3> pose{.mean = SE3(SO3::from_rpy(0.1, -0.2, 0.3), Eigen::Vector3d(1, 2, 3))};
+  // Correlated: the worst direction is none of the axes.
+  Eigen::Matrix3d position;
+  position << 5e-4, 4e-4, 0, 4e-4, 5e-4, 0, 0, 0, 1e-4;
+  pose.covariance.setZero();
+  pose.covariance.topLeftCorner<3, 3>() = position;
+  moment.map_T_body = pose;
+  const json value = json::parse(moment_json(moment));
+  EXPECT_NEAR(value["pose"]["position_sigma_m"].get<double>(), 0.03, 1e-9);
+  EXPECT_NEAR(value["age_ms"].get<double>(), 40, 1e-9);
+  const auto q = value["pose"]["rotation_xyzw"].get<std::vector<double>>();
+  EXPECT_NEAR(
+      (SO3::from_quaternion(Eigen::Quaterniond(q[3], q[0], q[1], q[2])).inverse() * pose.mean.rotation())
+          .log()
+          .norm(),
+      0, 1e-12);
+  const std::string words = moment_line(0, moment);
+  EXPECT_THAT(words,
+              HasSubstr("x 1.000 m, y 2.000 m, z 3.000 m, roll 5.7 deg, pitch -11.5 deg, yaw 17.2 deg"));
+  EXPECT_THAT(words, HasSubstr("within 0.030 m by 2 tags"));
+}
+
+TEST(MomentLine, SaysWhetherTagsWereMissingOrDidNotSuffice) {
+  EXPECT_THAT(moment_line(1, {.stamp = at_s(1), .tags = 0}), HasSubstr("no tags were seen"));
+  EXPECT_THAT(moment_line(1, {.stamp = at_s(1), .tags = 1, .why = "two poses"}),
+              HasSubstr("not known, two poses"));
+  EXPECT_TRUE(json::parse(moment_json({.stamp = at_s(1), .tags = 1}))["pose"].is_null());
 }
 
 }  // namespace

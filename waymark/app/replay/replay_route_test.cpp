@@ -2,11 +2,24 @@
 #include "waymark/app/replay/replay_route.hpp"
 
 #include <chrono>
+#include <fstream>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/data.hpp"
+#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
+#include "waymark/app/live/inputs.hpp"
+#include "waymark/app/live/robot_kinds.hpp"
+#include "waymark/app/live/start_recording.hpp"
+#include "waymark/app/session/explore_world.hpp"
+#include "waymark/app/session/run_demo.hpp"
+#include "waymark/app/session/run_session.hpp"
+#include "waymark/app/teach/teach_lap.hpp"
 
 namespace waymark {
 namespace {
@@ -14,6 +27,7 @@ namespace {
 using std::chrono::seconds;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 struct Said {
   std::vector<std::string> words{};
@@ -61,6 +75,7 @@ TEST(CheckDrive, ASpeedThatCannotBeToldFromStandingIsRefused) {
 }
 
 using ::testing::HasSubstr;
+
 using ::testing::Not;
 
 TEST(ReplayReport, ARobotThatSwayedBackwardsHasNoNegativeZero) {
@@ -95,6 +110,61 @@ TEST(TimeAllowed, IsEnoughForTheAskedSpeedAndTheStations) {
   Route paused = route;
   paused.stations.push_back({.name = "bench", .arc_length_m = 3, .pause_s = 900});
   EXPECT_GT(time_allowed_s(paused, job, robot), time_allowed_s(route, job, robot) + 1800);
+}
+
+std::string words(const Status& status) { return status ? "" : to_string(status.error()); }
+
+TEST(ReplayChecks, MethodControllerAndLapsAreChosenByName) {
+  ReplayJob job;
+  ASSERT_TRUE(choose_replay("ekf", "pursuit", job));
+  EXPECT_EQ(job.method, LocalizationKind::Ekf);
+  EXPECT_EQ(job.replay.controller, ReplayController::Pursuit);
+  EXPECT_THAT(words(choose_replay("smoother", "pursuit", job)), StartsWith("(--method): "));
+  EXPECT_THAT(words(choose_replay("ekf", "pursiut", job)), StartsWith("(--controller): "));
+  job.replay.laps = 0;
+  EXPECT_EQ(words(choose_replay("ekf", "pursuit", job)), "(--laps): 0 is outside (0, 1000]");
+}
+
+TEST(ReplayChecks, PicturesAreRecordedWhereThereAreSomeAndARecording) {
+  const RobotSetup setup = load_setup("circuit24", "", 1).value();
+  ReplayJob job;
+  EXPECT_EQ(words(check_recording(job, setup)), "");
+  job.images = "jpeg";
+  EXPECT_EQ(words(check_recording(job, setup)), "(--record-images): nothing is recorded. Add -o FILE.");
+  job.output = "a.mcap";
+  EXPECT_THAT(words(check_recording(job, setup)), HasSubstr("there are no pictures to record"));
+}
+
+TEST(ReplayReportText, WhatNeverKnewItsPlaceSaysWhetherTagsWereSeen) {
+  ReplayReport report;
+  report.end.state = ReplayState::Waiting;
+  EXPECT_THAT(ending(report), HasSubstr("nothing was heard of a camera"));
+  report.end.frames = 9;
+  EXPECT_THAT(ending(report), HasSubstr("no two tags of the map were seen at once"));
+  report.end.frames_with_two_tags = 5;
+  EXPECT_THAT(ending(report), HasSubstr("contradict the map"));
+  report.end.state = ReplayState::Refused;
+  report.end.reason = "the start is 3 m away";
+  EXPECT_EQ(ending(report), "refused to start: the start is 3 m away");
+  EXPECT_FALSE(succeeded(report));
+}
+
+TEST(ReplayReportText, SaysOnceThatItStopped) {
+  ReplayReport report;
+  report.end.state = ReplayState::Stopped;
+  report.end.driven_m = 1;
+  report.route_length_m = 3;
+  const std::string where = "1.00 m along a route of 3.00 m";
+  for (const auto& [reason, words] :
+       {std::pair{"stopped: a stick was moved", "stopped " + where + ": a stick was moved"},
+        {"stopped by the operator", "stopped by the operator " + where},
+        {"a tag is near", "stopped " + where + ": a tag is near"}}) {
+    report.end.reason = reason;
+    EXPECT_EQ(ending(report), words);
+  }
+  EXPECT_EQ(with_reason("stopped", "stopped: a stick was moved"), "stopped: a stick was moved");
+  EXPECT_EQ(with_reason("stopped", "a tag is near"), "stopped: a tag is near");
+  EXPECT_EQ(with_reason("done", ""), "done");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -12,9 +13,18 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
+#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
 #include "waymark/app/common/output_files.hpp"
+#include "waymark/app/live/inputs.hpp"
+#include "waymark/app/live/robot_kinds.hpp"
+#include "waymark/app/live/start_recording.hpp"
+#include "waymark/app/replay/replay_route.hpp"
+#include "waymark/app/session/explore_world.hpp"
+#include "waymark/app/session/run_demo.hpp"
+#include "waymark/app/teach/teach_lap.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/inputs/gamepad/pad_input.hpp"
@@ -25,8 +35,11 @@ namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 void write_words(const fs::path& path, const std::string& words) { std::ofstream(path) << words; }
+
 std::string words_in(const fs::path& path) { return read_text_file(path, 1 << 20).value_or("no file"); }
 
 /// Writes these words into map.yaml of the folder it is given.
@@ -137,11 +150,15 @@ TEST_F(SessionFiles, ARecordingInWhichTheRobotSaidNothingIsRemoved) {
 }
 
 namespace fs = std::filesystem;
+
 using S = OperatorState;
 
 constexpr int kY = 3;
+
 constexpr int kBack = 4;
+
 constexpr int kLeftShoulder = 9;
+
 constexpr double kSpeed_m_s = 0.3;
 
 GamepadState at_rest() {
@@ -277,6 +294,44 @@ TEST(SessionRun, AGamepadTeachesReplaysPausesAndStops) {
   }
   EXPECT_EQ(said.find("stopped: stopped"), std::string::npos) << said;
   fs::remove_all(folder);
+}
+
+std::string words(const Status& status) { return status ? "" : to_string(status.error()); }
+
+TEST(SessionChecks, ARouteIsOneOfAMapAndSuccessThatOfAllReplays) {
+  SessionJob job;
+  EXPECT_EQ(words(check_session(job)), "");
+  job.replay.route = "kitchen";
+  EXPECT_THAT(words(check_session(job)), StartsWith("(--route): a lap that is taught has one route"));
+  job.map = "map";
+  EXPECT_EQ(words(check_session(job)), "");
+  SessionReport report;
+  EXPECT_TRUE(succeeded(report));
+  report.map_failed = true;
+  EXPECT_FALSE(succeeded(report));
+  report = {.replays = {ReplayReport{}}};
+  EXPECT_FALSE(succeeded(report));
+}
+
+TEST(SessionReportText, GivesEachReplayItsEndAndNamesWhoStoppedIt) {
+  SessionReport report{.laps_taught = 1};
+  report.replays.resize(2);
+  report.replays[0].end.interrupted = true;
+  report.replays[0].end.driven_m = 1.5;
+  report.replays[0].route_length_m = 10;
+  report.replays[1].end.finished = true;
+  report.replays[1].judgement = ReplayJudgement{};
+  report.replays[1].judgement->cross_track_max_m = 0.02;
+  const std::string text = to_text(report, "Ctrl-C");
+  EXPECT_THAT(text, HasSubstr("1 lap taught, 2 replays"));
+  EXPECT_THAT(text, HasSubstr("stopped by Ctrl-C 1.50 m along a route of 10.00 m: the robot stands"));
+  EXPECT_THAT(text,
+              HasSubstr("the route was driven to its end; by the truth 0.000 m rmse from the taught way, "
+                        "0.020 m worst"));
+  const auto json = to_json(report);
+  ASSERT_EQ(json["replays"].size(), 2U);
+  EXPECT_TRUE(json["replays"][0]["cross_track_rmse_m"].is_null()) << "not judged";
+  EXPECT_FALSE(json["replays"][1]["cross_track_rmse_m"].is_null());
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+#include "waymark/app/doctor/doctor.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/live/cameras.hpp"
+#include "waymark/app/localize/localize_live.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(DoctorText, ACheckIsALineAndItsCommandStandsBelow) {
+  const std::vector<DoctorLine> lines = {{"disk", DoctorLevel::Ok, "80 GB are free", ""},
+                                         {"camera", DoctorLevel::Warn, "in use", "fuser /dev/video0"}};
+  const std::string text = to_text(lines);
+  EXPECT_EQ(std::ranges::count(text, '\n'), 3);
+  EXPECT_THAT(text, HasSubstr("warn  camera       in use\n                   fuser /dev/video0\n"));
+  const json value = json(to_json(lines));
+  ASSERT_EQ(value["checks"].size(), lines.size());
+  EXPECT_EQ(value["checks"][1]["level"], "warn");
+  EXPECT_EQ(value["checks"][1]["command"], "fuser /dev/video0");
+  EXPECT_FALSE(any_failed(lines));
+  EXPECT_TRUE(any_failed({lines[0], {"robot", DoctorLevel::Fail, "is silent", ""}}));
+}
+
+}  // namespace
+}  // namespace waymark

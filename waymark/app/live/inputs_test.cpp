@@ -1,0 +1,71 @@
+#include "waymark/app/live/inputs.hpp"
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/app/live/live_robot.hpp"
+#include "waymark/app/live/robot_kinds.hpp"
+#include "waymark/app/live/robot_setup.hpp"
+#include "waymark/app/live/start_recording.hpp"
+#include "waymark/app/replay/robot_difference.hpp"
+#include "waymark/app/robot/robot_table.hpp"
+#include "waymark/config/text_file.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Inputs, AnUnknownDriverIsAnErrorThatNamesTheFlag) {
+  const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
+  for (const auto& error : {make_lap_driver("scriptet", 0.3, setup).error(),
+                            make_operator_input("scriptet", 0.3, setup).error()}) {
+    EXPECT_EQ(error.code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(error.place.key, "--driver");
+    EXPECT_THAT(error.hint, HasSubstr("scripted"));
+  }
+}
+
+TEST(Inputs, EveryNameIsAnInputOrAnErrorInWords) {
+  const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
+  for (const std::string& name : lap_drivers()) {
+    const auto driver = make_lap_driver(name, 0.3, setup);
+    if (!driver) EXPECT_FALSE(driver.error().message.empty()) << name;
+    if (name == "scripted") EXPECT_TRUE(driver) << to_string(driver.error());
+  }
+  for (const std::string& name : operator_inputs()) {
+    const auto input = make_operator_input(name, 0.3, setup);
+    if (!input) EXPECT_THAT(to_string(input.error()), ::testing::Not(HasSubstr("no driver"))) << name;
+  }
+  EXPECT_TRUE(make_operator_input("lines", 0.3, setup));
+}
+
+TEST(Inputs, AScriptNeedsALineToDrive) {
+  const SimulatedSetup nowhere = load_setup("", "", 1)->simulated;
+  EXPECT_FALSE(make_lap_driver("scripted", 0.3, nowhere));
+  EXPECT_FALSE(make_operator_input("scripted", 0.3, nowhere));
+}
+
+TEST(Inputs, ThePageNeedsViewers) {
+  const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
+  EXPECT_FALSE(viewer_link(nullptr)) << "without a feed there are none";
+  const auto alone = make_operator_input("page", 0.3, setup);
+  ASSERT_FALSE(alone);
+  EXPECT_THAT(alone.error().hint, HasSubstr("--view"));
+  const ViewerLink viewers;
+  EXPECT_TRUE(make_operator_input("page", 0.3, setup, viewers));
+  EXPECT_TRUE(make_operator_input("scripted", 0.3, setup, viewers)) << "the page has the buttons as well";
+}
+
+TEST(StopKey, WhereTheDriverReadsTheKeysNothingIsPressed) {
+  StopKey taken(true);
+  EXPECT_FALSE(taken.watched());
+  EXPECT_FALSE(taken.pressed());
+}
+
+}  // namespace
+}  // namespace waymark

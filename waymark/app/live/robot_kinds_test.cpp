@@ -1,0 +1,70 @@
+#include "waymark/app/live/robot_kinds.hpp"
+
+#include <fstream>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
+#include "waymark/app/live/inputs.hpp"
+#include "waymark/app/live/live_robot.hpp"
+#include "waymark/app/live/robot_setup.hpp"
+#include "waymark/app/live/start_recording.hpp"
+#include "waymark/app/replay/replay_route.hpp"
+#include "waymark/app/replay/robot_difference.hpp"
+#include "waymark/app/robot/robot_table.hpp"
+#include "waymark/app/session/run_session.hpp"
+#include "waymark/app/teach/teach_lap.hpp"
+#include "waymark/config/text_file.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+TEST(RobotKinds, TheWordBeforeTheColonSaysHowTheRobotIsStarted) {
+  const auto process = load_kind("process:my robot", "", "mbot", 1);
+  ASSERT_TRUE(process.has_value() && *process);
+  EXPECT_EQ((*process)->process.shell, "my robot");
+  const auto ros2 = load_kind("ros2:turtlebot3", "", "", 1);
+  ASSERT_TRUE(ros2.has_value() && *ros2);
+  const std::string self = fs::read_symlink("/proc/self/exe").string();
+  EXPECT_THAT((*ros2)->process.words,
+              ElementsAre(self, "ros2", "robot", "turtlebot3", "--robot-file", "turtlebot3-waffle-pi"));
+  EXPECT_EQ((*ros2)->robot().model.name, load_setup("", "turtlebot3-waffle-pi", 1)->robot().model.name);
+  EXPECT_EQ((*load_kind("ros2:limo", "", "mbot", 1))->process.words.back(), "mbot") << "named by the user";
+  EXPECT_FALSE(load_kind("sim", "", "", 1).has_value());
+  EXPECT_FALSE(load_kind("ros2", "", "", 1).has_value()) << "no colon";
+}
+
+TEST(RobotKinds, AnAddressThatMakesNoSenseIsAnError) {
+  for (const RobotKind& kind : robot_kinds()) {
+    const std::string address = kind.name == "mbot" ? "udpm://300.0.0.1:7" : "";  // it has a usual one
+    const auto setup = load_kind(fmt::format("{}:{}", kind.name, address), "", "", 1);
+    ASSERT_TRUE(setup.has_value()) << kind.name;
+    ASSERT_FALSE(*setup) << kind.name;
+    EXPECT_FALSE(setup->error().hint.empty()) << kind.name;
+  }
+}
+
+TEST(LoadRobot, IsSimulatedInAWorldOrAProcessOfAKind) {
+  EXPECT_EQ(load_robot("sim", "circuit24", "", 1, false)->simulated.world.name, "circuit24");
+  EXPECT_FALSE(load_robot("process:true", "", "", 1, true)->process.empty());
+  const auto refused = [](const char* robot, const char* world, bool processes) {
+    const auto setup = load_robot(robot, world, "", 1, processes);
+    return setup ? "" : to_string(setup.error());
+  };
+  EXPECT_THAT(refused("sim", "", true), StartsWith("(--world): --world is required"));
+  EXPECT_THAT(refused("smi", "circuit24", true), StartsWith("(--robot): there is no robot 'smi'. Did you"));
+  EXPECT_THAT(refused("process:true", "circuit24", false), HasSubstr("there is no robot 'process:true'"));
+}
+
+}  // namespace
+}  // namespace waymark

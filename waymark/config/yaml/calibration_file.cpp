@@ -1,0 +1,217 @@
+#include "waymark/config/yaml/calibration_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "waymark/base/message_text.hpp"
+#include "waymark/camera/intrinsics.hpp"
+#include "waymark/config/camera_file.hpp"
+#include "waymark/config/camera_formats.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_numbers.hpp"
+#include "waymark/config/yaml_provenance.hpp"
+#include "waymark/config/yaml_write.hpp"
+#include "waymark/samples/mounted_camera.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr YamlLimits kCalibrationLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
+constexpr const char* kCalibrationFormat = "waymark-calibration-1";
+constexpr const char* kKnown = "known";
+constexpr const char* kUnobservable = "unobservable";
+
+Status read_value(const YamlCursor& entry, const std::string& name, Calibration& calibration) {
+  if (Status status = entry.check_keys({"value", "sigma", "verdict", "advice"}); !status) return status;
+  internal::Numbers number(entry);
+  CalibratedValue value{.value = number("value"), .sigma = number("sigma")};
+  if (!number.status()) return number.status();
+  if (value.sigma < 0)
+    return entry.at("sigma")->fail_here(ErrorCode::InvalidArgument, "a standard deviation is not negative");
+  const Result<std::string> verdict = entry.read_at("verdict", &YamlCursor::text);
+  if (!verdict) return tl::unexpected(verdict.error());
+  if (*verdict != kKnown && *verdict != kUnobservable)
+    return entry.at("verdict")->fail_here(ErrorCode::InvalidArgument,
+                                          fmt::format("'{}' is no verdict", *verdict),
+                                          suggestion(*verdict, {kKnown, kUnobservable}));
+  if (*verdict == kUnobservable) value.verdict = CalibrationVerdict::Unobservable;
+  if (const auto advice = entry.find("advice")) {
+    const Result<std::string> words = advice->text();
+    if (!words) return tl::unexpected(words.error());
+    value.advice = *words;
+  }
+  calibration.values[name] = value;
+  return {};
+}
+
+Status read_values(const YamlCursor& root, Calibration& calibration) {
+  const auto entry = root.find("values");
+  if (!entry) return {};
+  if (Status status = entry->check_keys(calibration_names()); !status) return status;
+  for (const std::string& name : calibration_names()) {
+    const auto value = entry->find(name);
+    if (!value) continue;
+    if (Status status = read_value(*value, name, calibration); !status) return status;
+  }
+  return {};
+}
+
+Status check_calibration_format(const YamlCursor& root) {
+  const Result<std::string> format = root.read_at("format", &YamlCursor::text);
+  if (!format)
+    return root.fail_here(
+        ErrorCode::Unreadable, "not a calibration of Waymark",
+        fmt::format("It begins with `format: {}`; `waymark calibrate` writes one.", kCalibrationFormat));
+  if (*format != kCalibrationFormat)
+    return root.at("format")->fail_here(
+        ErrorCode::Unsupported, fmt::format("'{}' is not a format of calibrations known here", *format),
+        fmt::format("Known: {}.", kCalibrationFormat));
+  return root.check_keys({"format", "provenance", "camera_info", "values"});
+}
+
+std::string indented_block(const std::string& text) {
+  std::string block;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    block += "  " + text.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  return block;
+}
+
+}  // namespace
+
+const std::vector<std::string>& calibration_names() {
+  static const std::vector<std::string> names = {"fx_px",
+                                                 "fy_px",
+                                                 "cx_px",
+                                                 "cy_px",
+                                                 "k1",
+                                                 "k2",
+                                                 "p1",
+                                                 "p2",
+                                                 "k3",
+                                                 "k4",
+                                                 "k5",
+                                                 "k6",
+                                                 "corner_sigma_px",
+                                                 "mounting_x_m",
+                                                 "mounting_y_m",
+                                                 "mounting_z_m",
+                                                 "mounting_roll_rad",
+                                                 "mounting_pitch_rad",
+                                                 "mounting_yaw_rad",
+                                                 "odometry_scale",
+                                                 "yaw_gain",
+                                                 "yaw_noise_rad_sqrt_m",
+                                                 "gyro_gain",
+                                                 "gyro_bias_rad_s",
+                                                 "side_slip_s",
+                                                 "camera_latency_s",
+                                                 "turn_lead_s",
+                                                 "odometry_yaw_bias_rad_s",
+                                                 "sight_scale",
+                                                 "focal_scale",
+                                                 "readout_s"};
+  return names;
+}
+
+Result<Calibration> parse_calibration(std::string_view text, const std::string& source) {
+  const Result<YamlNode> tree = parse_yaml(text, source, kCalibrationLimits);
+  if (!tree) return tl::unexpected(tree.error());
+  const YamlCursor root(*tree, source);
+  if (Status status = check_calibration_format(root); !status) return tl::unexpected(status.error());
+  Calibration calibration;
+  if (const auto camera = root.find("camera_info")) {
+    const auto read = internal::read_camera_info(*camera);
+    if (!read) return tl::unexpected(read.error());
+    calibration.camera = read->camera;
+  }
+  if (Status status = read_values(root, calibration); !status) return tl::unexpected(status.error());
+  auto provenance = internal::read_provenance(root);
+  if (!provenance) return tl::unexpected(provenance.error());
+  calibration.provenance = std::move(*provenance);
+  return calibration;
+}
+
+Result<Calibration> read_calibration(const std::filesystem::path& path) {
+  const Result<std::string> text = read_text_file(path, kCalibrationLimits.bytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_calibration(*text, path.string());
+}
+
+std::string to_yaml(const Calibration& calibration) {
+  std::string text = fmt::format(
+                         "# What is known of a robot, by waymark calibrate. sigma: standard deviation in the "
+                         "same unit.\nformat: {}\n",
+                         kCalibrationFormat) +
+                     internal::provenance_yaml(calibration.provenance);
+  if (calibration.camera)
+    text += "camera_info:\n" +
+            indented_block(to_camera_info_yaml({.name = "cam", .camera = *calibration.camera}));
+  text += calibration.values.empty() ? "values: {}\n" : "values:\n";
+  for (const std::string& name : calibration_names()) {
+    const auto found = calibration.values.find(name);
+    if (found == calibration.values.end()) continue;
+    const CalibratedValue& v = found->second;
+    text += fmt::format("  {}: {{value: {}, sigma: {}, verdict: {}{}}}\n", name, yaml_number(v.value),
+                        yaml_number(v.sigma), v.verdict == CalibrationVerdict::Known ? kKnown : kUnobservable,
+                        v.advice.empty() ? "" : ", advice: " + yaml_text(v.advice));
+  }
+  return text;
+}
+
+Status check_calibration_place(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    return fail(ErrorCode::Unwritable, "this is a folder", {.source = path.string()},
+                "Give the name of a file.");
+  if (!std::filesystem::is_regular_file(path, ignored) || read_calibration(path)) return {};
+  return fail(ErrorCode::InvalidArgument, "stands there and is no calibration: not written over",
+              {.source = path.string()}, "Give another name, or remove it.");
+}
+
+Status write_calibration(const std::filesystem::path& path, const Calibration& calibration) {
+  for (const auto& [name, value] : calibration.values) {
+    const bool named = std::ranges::find(calibration_names(), name) != calibration_names().end();
+    if (!named || !std::isfinite(value.value) || !std::isfinite(value.sigma))
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("{} of '{}': not written", named ? "a number" : "the name", name),
+                  {.source = path.string()});
+  }
+  if (Status status = check_calibration_place(path); !status) return status;
+  return write_text_file(path, to_yaml(calibration));
+}
+
+Eigen::VectorXd intrinsics_sigma(const CameraModel& camera, const Calibration& calibration) {
+  constexpr double kExact = 1e-9;
+  const std::vector<std::string> names = intrinsics_names(camera);
+  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(names.size()), kExact);
+  bool any = false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool of_pixels = names[i].starts_with('f') || names[i].starts_with('c');
+    const auto value = calibration.values.find(of_pixels ? names[i] + "_px" : names[i]);
+    if (value == calibration.values.end() || !(value->second.sigma > 0)) continue;
+    sigma[static_cast<Eigen::Index>(i)] = value->second.sigma;
+    any = true;
+  }
+  return any ? sigma : Eigen::VectorXd();
+}
+
+SE3 calibrated_mounting(const SE3& base_T_cam, const Calibration& calibration) {
+  const CameraMounting mounting = camera_mounting(base_T_cam);
+  const auto known = [&](const char* name, double otherwise) {
+    return calibration.known(name).value_or(otherwise);
+  };
+  return base_T_camera({.x_m = known("mounting_x_m", mounting.x_m),
+                        .y_m = known("mounting_y_m", mounting.y_m),
+                        .z_m = known("mounting_z_m", mounting.z_m),
+                        .roll_rad = known("mounting_roll_rad", mounting.roll_rad),
+                        .pitch_rad = known("mounting_pitch_rad", mounting.pitch_rad),
+                        .yaw_rad = known("mounting_yaw_rad", mounting.yaw_rad)});
+}
+
+}  // namespace waymark
