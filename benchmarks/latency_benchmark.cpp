@@ -15,8 +15,8 @@
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/pipeline/replayer.hpp"

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
-#include "waymark/tags/tag_finder.hpp"
 #include "waymark/tags/make_detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace {
 

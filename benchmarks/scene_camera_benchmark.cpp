@@ -6,8 +6,8 @@
 
 #include <benchmark/benchmark.h>
 
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/render/photograph.hpp"

@@ -2,8 +2,8 @@
 // simulation/lap drives, senses and looks; simulation/taught also teaches (poses of all tags) and records.
 #include <benchmark/benchmark.h>
 
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"

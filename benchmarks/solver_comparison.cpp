@@ -21,7 +21,7 @@
 
 #include "tests/support/tag_scenes.hpp"
 #include "waymark/app/scene/scene_recording.hpp"
-#include "waymark/config/tagslam_folder.hpp"
+#include "waymark/config/exchange/tagslam.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
 #include "waymark/mapping/solver/bundle.hpp"
 #include "waymark/mapping/solver/front_cholesky.hpp"

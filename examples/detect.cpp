@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/tags/tag_finder.hpp"
 

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 
 namespace waymark {

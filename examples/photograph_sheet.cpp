@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/plot/tag_sheet.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 

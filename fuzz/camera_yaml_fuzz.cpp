@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 
 namespace {
 

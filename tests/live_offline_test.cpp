@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "waymark/app/common/lap_input.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/robots/simulated/simulated_source.hpp"
 #include "waymark/runtime/robot_loop.hpp"

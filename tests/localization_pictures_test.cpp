@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 
 #include "tests/support/circuit_lap.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/evaluation/pose_pairs.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/riekf_localizer.hpp"

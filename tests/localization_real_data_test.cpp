@@ -8,7 +8,7 @@
 #include <Eigen/LU>
 
 #include "tests/support/data.hpp"
-#include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/exchange/landmarks_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_fits.hpp"
 #include "waymark/localization/smoother.hpp"

@@ -10,9 +10,9 @@
 
 #include "tests/support/data.hpp"
 #include "tests/support/posterior_bound.hpp"
-#include "waymark/config/landmarks_file.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/exchange/landmarks_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_fits.hpp"
 #include "waymark/localization/smoother.hpp"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"

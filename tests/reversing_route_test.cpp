@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "replay_course.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 #include "waymark/replay/route_builder.hpp"
 

@@ -11,7 +11,7 @@
 #include "python/bindings/rooms.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/camera/intrinsics.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 
 namespace waymark::python {
 namespace {

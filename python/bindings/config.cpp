@@ -10,12 +10,12 @@
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/config/trajectory_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 
 namespace waymark::python {
 namespace {

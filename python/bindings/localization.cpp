@@ -16,7 +16,7 @@
 #include "python/bindings/trajectories.hpp"
 #include "python/bindings/values.hpp"
 #include "waymark/app/localize/localize_log.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"
 

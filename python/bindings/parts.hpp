@@ -5,7 +5,7 @@
 
 #include "python/bindings/errors.hpp"
 #include "waymark/app/map/map_recording.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/simulation/world/world.hpp"

@@ -14,7 +14,7 @@
 #include "python/bindings/simulator.hpp"
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/values.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 

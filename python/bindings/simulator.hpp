@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/simulated/detecting_camera.hpp"
 #include "waymark/robots/simulated/simulated_robot.hpp"
 

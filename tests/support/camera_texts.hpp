@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 
 namespace waymark::testing {
 

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"

@@ -13,7 +13,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/replay/route_builder.hpp"
-#include "waymark/runtime/pacing.hpp"
+#include "waymark/runtime/robot_loop.hpp"
 #include "waymark/samples/robot.hpp"
 
 /// A robot that is a few lines, a clock that is a number, and a replayer that believes the robot's odometry:

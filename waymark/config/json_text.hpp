@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/config/yaml_node.hpp"
+#include "waymark/config/yaml_tree.hpp"
 
 namespace waymark {
 

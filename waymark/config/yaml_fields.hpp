@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "waymark/base/fields.hpp"
-#include "waymark/config/yaml_cursor.hpp"
-#include "waymark/config/yaml_write.hpp"
+#include "waymark/config/yaml_tree.hpp"
 
 namespace waymark {
 

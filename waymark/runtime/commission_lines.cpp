@@ -1,15 +1,249 @@
 #include "waymark/runtime/commission_lines.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
-#include "waymark/runtime/commission_class.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/geometry/se2.hpp"
 
 namespace waymark {
 namespace {
+
+double seconds_between(SensorTime from, SensorTime to) { return to_seconds(to - from); }
+
+/// First and last sample of a list with some time between them.
+template <class T>
+bool spans(const std::vector<T>& samples) {
+  return samples.size() >= 2 && samples.back().stamp > samples.front().stamp;
+}
+
+template <class T, class Value>
+double median_of(const std::vector<T>& samples, const Value& value) {
+  std::vector<double> values;
+  values.reserve(samples.size());
+  for (const T& sample : samples) values.push_back(std::invoke(value, sample));
+  return median(std::move(values));
+}
+
+/// The tag that was in view for the longest time, where it was seen first and last.
+std::optional<std::pair<TagPlace, TagPlace>> longest_view(const std::vector<TagPlace>& places) {
+  std::map<TagId, std::pair<TagPlace, TagPlace>> views;
+  for (const TagPlace& place : places)
+    views.try_emplace(place.tag, place, place).first->second.second = place;
+  std::optional<std::pair<TagPlace, TagPlace>> longest;
+  for (const auto& [tag, view] : views) {
+    const bool longer =
+        !longest || view.second.stamp - view.first.stamp > longest->second.stamp - longest->first.stamp;
+    if (longer) longest = view;
+  }
+  constexpr double kLeast_s = 0.3;
+  if (longest && seconds_between(longest->first.stamp, longest->second.stamp) < kLeast_s) return std::nullopt;
+  return longest;
+}
+
+/// Sum of the steps, each less than half a turn.
+double turned_rad(const std::vector<Odometry>& odometry) {
+  double sum = 0;
+  for (std::size_t i = 1; i < odometry.size(); ++i)
+    sum += (odometry[i - 1].odom_T_base.inverse() * odometry[i].odom_T_base).yaw();
+  return sum;
+}
+
+/// The way where yaw points; of one that goes elsewhere (judge_axes() says so) its length.
+double ahead_m(const OdometryLeg& leg) {
+  const double ahead = leg.moved_m.dot(Eigen::Vector2d(std::cos(leg.yaw_rad), std::sin(leg.yaw_rad)));
+  const double length = leg.moved_m.norm();
+  return std::abs(ahead) > length / 2 ? std::copysign(length, ahead) : length;
+}
+
+double bearing_rad(const TagPlace& place) {
+  return std::atan2(place.base_p_tag_m.y(), place.base_p_tag_m.x());
+}
+
+Eigen::Vector3d mean_rotation(const std::vector<ImuSample>& imu) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : imu) sum += sample.angular_velocity_rad_s;
+  return imu.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(imu.size()));
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> rotation_by_gyro(const MotionTrace& steady, const MotionTrace& standing) {
+  if (steady.imu.size() < 2) return std::nullopt;
+  return mean_rotation(steady.imu) - mean_rotation(standing.imu);
+}
+
+std::optional<Eigen::Vector2d> wheel_rates(const MotionTrace& steady) {
+  if (!spans(steady.wheels)) return std::nullopt;
+  const WheelTicks& first = steady.wheels.front();
+  const WheelTicks& last = steady.wheels.back();
+  return Eigen::Vector2d(last.left_rad - first.left_rad, last.right_rad - first.right_rad) /
+         seconds_between(first.stamp, last.stamp);
+}
+
+std::optional<OdometryLeg> odometry_leg(const MotionTrace& steady) {
+  if (!spans(steady.odometry)) return std::nullopt;
+  const std::vector<Odometry>& all = steady.odometry;
+  return OdometryLeg{.yaw_rad = all[all.size() / 2].odom_T_base.yaw(),
+                     .moved_m = all.back().odom_T_base.translation() - all.front().odom_T_base.translation()};
+}
+
+std::vector<MotionReading> forward_readings(const MotionTrace& steady, const RobotModel& model) {
+  std::vector<MotionReading> readings;
+  const double asked = steady.commanded.speed_m_s;
+  const auto add = [&](std::string key, std::string origin, double measured) {
+    readings.push_back({std::move(key), std::move(origin), ReadingUnit::Length, measured, measured / asked});
+  };
+  if (spans(steady.odometry)) {
+    const double took_s = seconds_between(steady.odometry.front().stamp, steady.odometry.back().stamp);
+    add("odometry.speed_m_s", "odometry", median_of(steady.odometry, &Odometry::speed_m_s));
+    add("odometry.position", "odometry", ahead_m(*odometry_leg(steady)) / took_s);
+  }
+  if (const auto wheels = wheel_rates(steady)) {
+    const double rate_rad_s = wheels->mean();
+    add("wheels", "wheels", rate_rad_s * model.wheel_radius_m);
+    readings.back().unit = ReadingUnit::Angle;
+  }
+  if (const auto view = longest_view(steady.tags)) {
+    const double nearer_m = view->first.base_p_tag_m.x() - view->second.base_p_tag_m.x();
+    add("camera_mounting", "tags", nearer_m / seconds_between(view->first.stamp, view->second.stamp));
+  }
+  return readings;
+}
+
+std::vector<MotionReading> turn_readings(const MotionTrace& steady, const MotionTrace& standing,
+                                         const RobotModel& model) {
+  std::vector<MotionReading> readings;
+  const double asked = steady.commanded.yaw_rate_rad_s;
+  const auto add = [&](std::string key, std::string origin, double measured) {
+    readings.push_back({std::move(key), std::move(origin), ReadingUnit::Angle, measured, measured / asked});
+  };
+  if (spans(steady.odometry)) {
+    const double took_s = seconds_between(steady.odometry.front().stamp, steady.odometry.back().stamp);
+    add("odometry.yaw_rate_rad_s", "odometry", median_of(steady.odometry, &Odometry::yaw_rate_rad_s));
+    add("odometry.yaw_rad", "odometry", turned_rad(steady.odometry) / took_s);
+  }
+  if (const auto wheels = wheel_rates(steady))
+    add("wheels", "wheels", (wheels->y() - wheels->x()) * model.wheel_radius_m / model.track_m);
+  if (const auto gyro = rotation_by_gyro(steady, standing))
+    add("imu.angular_velocity_rad_s", "imu", gyro->z());
+  if (const auto view = longest_view(steady.tags)) {
+    const double to_the_right =
+        std::remainder(bearing_rad(view->first) - bearing_rad(view->second), 2 * M_PI);
+    add("camera_mounting", "tags", to_the_right / seconds_between(view->first.stamp, view->second.stamp));
+  }
+  return readings;
+}
+
+namespace {
+
+/// How a reading compares with what was commanded.
+struct ReadingClass {
+  enum class Kind : std::uint8_t { Fits, OtherUnit, OtherSize, Still };
+  Kind kind = Kind::Fits;
+  bool reversed = false;
+  double factor = 1;      ///< of another unit
+  const char* unit = "";  ///< "degrees instead of radians"
+
+  [[nodiscard]] bool right() const { return kind == Kind::Fits && !reversed; }
+  friend bool operator==(const ReadingClass& a, const ReadingClass& b) {
+    return a.kind == b.kind && a.reversed == b.reversed && a.factor == b.factor;
+  }
+};
+
+/// What the readings say together.
+struct ReadingVerdict {
+  bool command_wrong = false;  ///< all readings agree, and at least two origins made them
+  bool either = false;         ///< one origin alone says so: it, or the command
+  double size = 1;             ///< ratio of what happened to what was commanded; tags before the others
+};
+
+constexpr double kLeast = 0.2;
+constexpr double kMost = 3;
+constexpr double kStill = 0.004;
+
+struct Factor {
+  double factor;
+  const char* unit;
+};
+
+const Factor kLengths[] = {{1000, "millimetres instead of metres"}, {100, "centimetres instead of metres"}};
+const Factor kAngles[] = {{180 / M_PI, "degrees instead of radians"},
+                          {M_PI / 180, "a 57th: radians taken for degrees"}};
+
+std::span<const Factor> factors_of(ReadingUnit unit) {
+  return unit == ReadingUnit::Length ? std::span<const Factor>(kLengths) : std::span<const Factor>(kAngles);
+}
+
+bool fits(double ratio) { return ratio >= kLeast && ratio <= kMost; }
+
+/// From 0.2 to 3 times what was commanded it fits: a robot that skids turns by a third of it. A unit is
+/// recognised within the same bounds, the nearest factor where two would do.
+ReadingClass classify(const MotionReading& reading) {
+  using Kind = ReadingClass::Kind;
+  const double size = std::abs(reading.ratio);
+  ReadingClass found{.reversed = reading.ratio < 0};
+  if (!(size >= kStill)) return {.kind = Kind::Still};
+  if (fits(size)) return found;
+  found.kind = Kind::OtherSize;
+  double nearest = std::log(kMost) * 2;
+  for (const Factor& one : factors_of(reading.unit)) {
+    const double away = std::abs(std::log(size / one.factor));
+    if (!fits(size / one.factor) || away >= nearest) continue;
+    nearest = away;
+    found = {.kind = Kind::OtherUnit, .reversed = found.reversed, .factor = one.factor, .unit = one.unit};
+  }
+  return found;
+}
+
+/// "is reversed, in degrees instead of radians"; empty when it is right.
+std::string words_of(const ReadingClass& found) {
+  using Kind = ReadingClass::Kind;
+  std::string words;
+  if (found.kind == Kind::Still) return "does not move";
+  if (found.reversed) words = "is reversed";
+  if (found.kind == Kind::OtherUnit)
+    words += (words.empty() ? "is in " : ", and in ") + std::string(found.unit);
+  if (found.kind == Kind::OtherSize)
+    words += (words.empty() ? "" : ", and ") + std::string("is out of proportion");
+  return words;
+}
+
+ReadingVerdict compare(const std::vector<MotionReading>& readings) {
+  ReadingVerdict verdict;
+  std::set<std::string> origins;
+  std::vector<double> sizes;
+  std::vector<ReadingClass> classes;
+  for (const MotionReading& reading : readings) {
+    origins.insert(reading.origin);
+    classes.push_back(classify(reading));
+    if (!classes.back().right()) continue;
+    sizes.push_back(reading.ratio);
+    if (reading.origin == "tags") verdict.size = reading.ratio;
+  }
+  if (!sizes.empty()) {
+    if (verdict.size == 1) verdict.size = median(sizes);
+    return verdict;
+  }
+  if (classes.empty()) return verdict;
+  const bool agree =
+      std::ranges::all_of(classes, [&](const ReadingClass& c) { return c == classes.front(); });
+  verdict.command_wrong = agree && origins.size() > 1;
+  verdict.either = agree && origins.size() == 1;
+  return verdict;
+}
 
 using V = CommissionVerdict;
 using Lines = std::vector<CommissionLine>;
@@ -238,6 +472,158 @@ std::vector<CommissionLine> judge_turn(const MotionTrace& trace, const RobotMode
 
 bool all_pass(const std::vector<CommissionLine>& lines) {
   return std::ranges::none_of(lines, [](const CommissionLine& line) { return line.verdict == V::Fail; });
+}
+
+namespace {
+
+/// Speed of a robot at its outer edge: of its middle, and of turning at 0.2 m from it. Whatever its unit.
+double pace_of(const Odometry& odometry) {
+  constexpr double kEdge_m = 0.2;
+  return std::abs(odometry.speed_m_s) + kEdge_m * std::abs(odometry.yaw_rate_rad_s);
+}
+
+/// Axes of a position as others may have them: reversed and swapped.
+struct AxesFault {
+  Eigen::Matrix2d sent_R_right;
+  const char* words;
+};
+
+std::array<AxesFault, 8> axes_faults() {
+  const auto m = [](double a, double b, double c, double d) {
+    Eigen::Matrix2d made;
+    made << a, b, c, d;
+    return made;
+  };
+  return {{{m(1, 0, 0, 1), ""},
+           {m(1, 0, 0, -1), "odometry.y_m is reversed: left must be positive"},
+           {m(-1, 0, 0, 1), "odometry.x_m is reversed: forward must be positive"},
+           {m(-1, 0, 0, -1), ""},  // backward: judge_forward() knows whether it should be
+           {m(0, 1, 1, 0), "odometry.x_m and odometry.y_m are swapped"},
+           {m(0, 1, -1, 0), "odometry.x_m and odometry.y_m are swapped, and y_m is reversed"},
+           {m(0, -1, 1, 0), "odometry.x_m and odometry.y_m are swapped, and x_m is reversed"},
+           {m(0, -1, -1, 0), "odometry.x_m and odometry.y_m are swapped and reversed"}}};
+}
+
+bool explains(const AxesFault& fault, const OdometryLeg& leg) {
+  constexpr double kNear = 0.9;  // cosine
+  const Eigen::Vector2d ahead(std::cos(leg.yaw_rad), std::sin(leg.yaw_rad));
+  return (fault.sent_R_right * ahead).dot(leg.moved_m.normalized()) > kNear;
+}
+
+}  // namespace
+
+std::vector<CommissionLine> judge_axes(const std::vector<OdometryLeg>& legs) {
+  std::vector<OdometryLeg> ways;
+  for (const OdometryLeg& leg : legs) {
+    if (leg.moved_m.norm() > 0) ways.push_back(leg);
+  }
+  if (ways.empty()) return {};
+  for (const AxesFault& fault : axes_faults()) {
+    if (!std::ranges::all_of(ways, [&](const OdometryLeg& leg) { return explains(fault, leg); })) continue;
+    if (*fault.words == '\0') return {{"odometry.axes", V::Ok, "the position moves along yaw", ""}};
+    return {{"odometry.axes", V::Fail, fault.words, "odometry.x_m and odometry.y_m of the robot's messages"}};
+  }
+  return {{"odometry.axes", V::Fail, "the position does not move along yaw",
+           "odometry.x_m, odometry.y_m and odometry.yaw_rad of the robot's messages"}};
+}
+
+std::vector<CommissionLine> judge_standing(const MotionTrace& standing) {
+  if (standing.imu.empty()) return {};
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turning = Eigen::Vector3d::Zero();
+  for (const ImuSample& sample : standing.imu) {
+    sum += sample.linear_acceleration_m_s2;
+    turning += sample.angular_velocity_rad_s;
+  }
+  const auto count = static_cast<double>(standing.imu.size());
+  const Eigen::Vector3d force = sum / count;
+  constexpr double kGravity = 9.81;
+  constexpr const char* kMend = "imu.linear_acceleration_m_s2 of the robot's messages";
+  const std::string measured =
+      fmt::format("({:.2f}, {:.2f}, {:.2f}) m/s2 while it stands", force.x(), force.y(), force.z());
+  std::vector<CommissionLine> lines = {{"imu.linear_acceleration_m_s2", V::Ok, measured, ""}};
+  CommissionLine& line = lines.back();
+  if (force.norm() < 1e-3) {
+    line = {line.key, V::Warn, "is zero: not sent, or a simulator without gravity", kMend};
+  } else if (std::abs(force.norm() - 1) < 0.2) {
+    line = {line.key, V::Fail, "is in g instead of m/s2: " + measured, kMend};
+  } else if (std::abs(force.norm() / kGravity - 1) > 0.2) {
+    line = {line.key, V::Fail, "is not 9.81 m/s2: " + measured, kMend};
+  } else if (force.z() < 0.9 * force.norm()) {
+    line = {line.key, V::Fail, "does not point up along z (base axes: x forward, y left, z up): " + measured,
+            kMend};
+  }
+  constexpr double kMostBias_rad_s = 0.05;
+  if (turning.norm() / count > kMostBias_rad_s)
+    lines.push_back(
+        {"imu.bias", V::Warn,
+         fmt::format("the gyro turns by {:.3f} rad/s while the robot stands", turning.norm() / count),
+         "a calibration of the IMU by its driver"});
+  return lines;
+}
+
+MotionTiming timing_of(const MotionTrace& trace) {
+  MotionTiming timing;
+  if (!trace.began || !trace.ceased) return timing;
+  std::vector<double> paces;
+  for (const Odometry& odometry : steady_part(trace, 0.6).odometry) paces.push_back(pace_of(odometry));
+  const double steady = median(paces);
+  const Odometry* at_end = nullptr;
+  constexpr double kStanding = 0.15;  // of the pace before: noise of a twist is less
+  if (!(steady > 0)) return timing;
+  for (const Odometry& odometry : trace.odometry) {
+    const double pace = pace_of(odometry);
+    if (odometry.stamp >= *trace.began && pace >= steady / 2 && !timing.response_s)
+      timing.response_s = to_seconds(odometry.stamp - *trace.began);
+    if (odometry.stamp < *trace.ceased) {
+      at_end = &odometry;
+      continue;
+    }
+    timing.watched_s = to_seconds(odometry.stamp - *trace.ceased);
+    if (pace > kStanding * steady) {
+      timing.stopping_s.reset();
+      if (at_end != nullptr)
+        timing.stopping_m = (odometry.odom_T_base.translation() - at_end->odom_T_base.translation()).norm();
+    } else if (!timing.stopping_s) {
+      timing.stopping_s = timing.watched_s;
+      if (at_end != nullptr)
+        timing.stopping_m = (odometry.odom_T_base.translation() - at_end->odom_T_base.translation()).norm();
+    }
+  }
+  return timing;
+}
+
+CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, double allowed_s) {
+  constexpr double kUsual_s = 0.6;
+  constexpr double kMost_s = 1;
+  constexpr const char* kMend = "the robot's program, which must obey zero at once";
+  if (!timing.response_s)
+    return {key, V::Fail, "cannot be judged: the robot did not move before it",
+            "odometry of the robot's messages"};
+  if (!timing.stopping_s)
+    return {key, V::Fail, fmt::format("the robot did not stand within {:.2f} s", timing.watched_s), kMend};
+  CommissionLine line{
+      key, V::Ok, fmt::format("stands after {:.2f} s and {:.3f} m", *timing.stopping_s, timing.stopping_m),
+      ""};
+  if (*timing.stopping_s > kUsual_s + allowed_s) line.verdict = V::Warn;
+  if (*timing.stopping_s > kMost_s + allowed_s) line.verdict = V::Fail;
+  if (line.verdict != V::Ok) line.mend = kMend;
+  return line;
+}
+
+CommissionLine judge_response(const MotionTiming& timing) {
+  constexpr double kUsual_s = 0.4;
+  constexpr double kMost_s = 1;
+  if (!timing.response_s)
+    return {"latency", V::Fail, "the robot does not move",
+            "command.speed_m_s where the robot's program obeys it"};
+  CommissionLine line{"latency", V::Ok,
+                      fmt::format("half the speed is reached {:.2f} s after the command", *timing.response_s),
+                      ""};
+  if (*timing.response_s > kUsual_s) line.verdict = V::Warn;
+  if (*timing.response_s > kMost_s) line.verdict = V::Fail;
+  if (line.verdict != V::Ok) line.mend = "the way of a command through the robot's program";
+  return line;
 }
 
 }  // namespace waymark

@@ -292,5 +292,29 @@ TEST(ReplaySession, ARobotThatIsGoneIsAnErrorAndSoIsAListenerThatFails) {
   EXPECT_EQ(full.robot.last(), VelocityCommand{});
 }
 
+TEST(ReplaySession, AGivenPoseThatNoTagConfirmsIsNotCalledACarriedRobot) {
+  test::TinyRobot robot{SE2()};
+  Replayer replayer = test::tiny_replayer();
+  double given_at_m = 0;
+  ReplaySession session(replayer, {}, {.give_up_s = 2}, [&](Duration uptime) {
+    SessionRequest request;
+    if (uptime == milliseconds(2001)) {
+      given_at_m = robot.x_m();
+      request.pose = GivenPose{SE2(given_at_m + 1, 0, 0), Eigen::Matrix3d::Identity() * 100};
+    }
+    if (uptime == milliseconds(4001)) request.pause = false;
+    return request;
+  });
+  RobotLoop loop(robot, robot, lockstep_time([&] { return robot.clock; }), {}, {.timeout_s = 60});
+  const auto driven = loop.drive(session.listener());
+  ASSERT_TRUE(driven);
+  const ReplayEnd end = session.end(*driven);
+  EXPECT_TRUE(end.given_up);
+  EXPECT_NE(end.reason.find("do not confirm the pose that was given"), std::string::npos) << end.reason;
+  EXPECT_EQ(end.reason.find("carried"), std::string::npos) << end.reason;
+  EXPECT_GT(given_at_m, 0.1) << "it drove";
+  EXPECT_LT(robot.x_m() - given_at_m, 0.1) << "it stood";
+}
+
 }  // namespace
 }  // namespace waymark

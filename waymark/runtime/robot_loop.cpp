@@ -1,12 +1,73 @@
 #include "waymark/runtime/robot_loop.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
 #include <fmt/format.h>
 
 namespace waymark {
+
+Pacing real_time() {
+  return {.clock = [] {
+    return std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch());
+  }};
+}
+
+Pacing lockstep_time(std::function<Duration()> robots_clock) {
+  return {.clock = std::move(robots_clock), .lockstep = true};
+}
+
+namespace {
+
+const std::string* camera_of(const Sample& sample) {
+  return std::visit(
+      [](const auto& value) -> const std::string* {
+        if constexpr (requires { value.camera; }) return &value.camera;
+        return nullptr;
+      },
+      sample);
+}
+
+}  // namespace
+
+bool FrameOrder::pass(const Sample& sample) {
+  constexpr Duration kJump = std::chrono::seconds(1);
+  const std::string* camera = camera_of(sample);
+  if (camera == nullptr) return true;
+  const SensorTime stamp = stamp_of(sample);
+  const auto [entry, is_first] = newest_.try_emplace({sample.index(), *camera}, stamp);
+  const Duration behind = entry->second - stamp;
+  if (is_first || behind <= Duration(0) || behind > kJump) {
+    entry->second = stamp;
+    return true;
+  }
+  ++left_out_;
+  if ((left_out_ & (left_out_ - 1)) == 0)
+    words_ = fmt::format(
+        "{} picture{} of the camera '{}' {} left out: stamped {:.3f} s before an earlier one", left_out_,
+        left_out_ == 1 ? "" : "s", *camera, left_out_ == 1 ? "was" : "were", to_seconds(behind));
+  return false;
+}
+
+void PictureQueue::push(CameraFrame picture) {
+  const auto older = std::ranges::find(waiting_, picture.camera, &CameraFrame::camera);
+  if (older == waiting_.end()) {
+    waiting_.push_back(std::move(picture));
+    return;
+  }
+  *older = std::move(picture);
+  ++dropped_;
+}
+
+std::optional<CameraFrame> PictureQueue::pop() {
+  if (waiting_.empty()) return std::nullopt;
+  CameraFrame picture = std::move(waiting_.front());
+  waiting_.pop_front();
+  return picture;
+}
 
 RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch search,
                      const RobotLoopOptions& options)

@@ -1,20 +1,69 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "waymark/runtime/frame_order.hpp"
-#include "waymark/runtime/pacing.hpp"
-#include "waymark/runtime/picture_queue.hpp"
+#include "waymark/base/time.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot.hpp"
+#include "waymark/samples/robot_samples.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
+
+/// The time a drive goes by.
+struct Pacing {
+  /// Never goes back.
+  std::function<Duration()> clock;
+  /// The robot's time stands still until each of its requests is answered: commands are decided when it asks,
+  /// every picture is searched for tags, and the clock counts from when the robot was switched on. Otherwise
+  /// commands are decided as time passes, and only the newest picture counts.
+  bool lockstep = false;
+};
+
+/// By the steady clock of this computer.
+[[nodiscard]] Pacing real_time();
+/// By the clock of a robot that waits for its commands.
+[[nodiscard]] Pacing lockstep_time(std::function<Duration()> robots_clock);
+
+/// Holds back what a camera saw before what it has shown already: out of order, it would be recorded as a
+/// trajectory that goes back in time. A stamp that goes back by more than a second is a clock that jumped, of
+/// which others speak: it passes.
+class FrameOrder {
+ public:
+  /// False where the sample is to be left out. Samples that are of no camera pass.
+  bool pass(const Sample& sample);
+  /// How many were left out, in words; each time that their number has doubled, since the last call.
+  [[nodiscard]] std::optional<std::string> take_words() { return std::exchange(words_, std::nullopt); }
+  [[nodiscard]] int left_out() const { return left_out_; }
+
+ private:
+  std::map<std::pair<std::size_t, std::string>, SensorTime> newest_{};  ///< by type and camera
+  int left_out_ = 0;
+  std::optional<std::string> words_{};
+};
+
+/// Pictures that wait for the detector: of each camera the newest alone, so that a slow detector never works
+/// on what is long past.
+class PictureQueue {
+ public:
+  /// Takes the place of a picture of the same camera that still waits, and counts that one as dropped.
+  void push(CameraFrame picture);
+  /// The one that waits longest; nothing when none waits.
+  [[nodiscard]] std::optional<CameraFrame> pop();
+  [[nodiscard]] bool empty() const { return waiting_.empty(); }
+  [[nodiscard]] int dropped() const { return dropped_; }
+
+ private:
+  std::deque<CameraFrame> waiting_{};
+  int dropped_ = 0;
+};
 
 /// What whoever drives decides.
 struct DriverDecision {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "waymark/runtime/pacing.hpp"
+#include "waymark/runtime/robot_loop.hpp"
 #include "waymark/samples/robot.hpp"
 
 namespace waymark {

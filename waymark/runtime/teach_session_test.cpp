@@ -217,27 +217,6 @@ TEST(MonitorOptions, FollowTheCamera) {
   EXPECT_EQ(monitor_options(tiny_setup().camera).exposure_ms, TeachMonitorOptions{}.exposure_ms);
 }
 
-TEST(PacedDriver, WaitsUntilTheClockIsAsFarAsTheRobot) {
-  Duration clock = seconds(100);
-  std::vector<Duration> waits;
-  auto inner = std::make_unique<AheadDriver>();
-  AheadDriver& ahead = *inner;
-  PacedDriver paced(
-      std::move(inner), [&] { return clock; },
-      [&](Duration wait) {
-        waits.push_back(wait);
-        clock += wait;
-      });
-  ASSERT_TRUE(paced.drive(seconds(1), {}));  // the first decision is the beginning of both
-  ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(50), {}));
-  clock += milliseconds(200);  // this computer was busy
-  ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(100), {}));
-  EXPECT_EQ(waits, std::vector<Duration>{milliseconds(50)}) << "a robot that is late is not waited for";
-  EXPECT_EQ(ahead.times.size(), 3U);
-  paced.receive(Odometry{});
-  EXPECT_EQ(ahead.received, 1);
-}
-
 TEST(TeachSession, APoseThatSomebodyGivesHasNoEffectAndThatIsSaid) {
   Drive run;
   run.request = [](Duration uptime) {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/geometry/se3.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/simulation/world/world.hpp"

@@ -10,7 +10,7 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 
 namespace waymark {
 namespace {

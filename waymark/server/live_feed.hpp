@@ -14,7 +14,7 @@
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/recording/ros2/messages.hpp"
-#include "waymark/runtime/viewer_orders.hpp"
+#include "waymark/runtime/viewer_input.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {

@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
 #include "waymark/media/video_format.hpp"
 
 namespace waymark {

@@ -6,12 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
-#include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/replay/replay_route.hpp"
-#include "waymark/app/session/run_session.hpp"
-#include "waymark/app/teach/teach_lap.hpp"
 
 namespace waymark {
 namespace {

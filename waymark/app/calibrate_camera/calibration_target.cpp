@@ -12,7 +12,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/families/family.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 
 namespace waymark {
 namespace {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {

@@ -9,7 +9,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/commission_record.hpp"
+#include "waymark/config/yaml/commission_record.hpp"
 #include "waymark/runtime/commission_lines.hpp"
 
 /// The first drive of a robot (`waymark commission`): what it obeys and what it sends, held against each

@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "waymark/robots/process/process_robot.hpp"
-#include "waymark/runtime/commission_trace.hpp"
+#include "waymark/runtime/commission_motion.hpp"
 
 /// Stops that no session asks for: the commands cease, the driving process is killed, the data cease. In real
 /// time.

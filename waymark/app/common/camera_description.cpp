@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/json_line.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
 
 namespace waymark {
 namespace {

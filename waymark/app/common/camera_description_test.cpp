@@ -10,8 +10,8 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/camera/intrinsics.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {

@@ -12,7 +12,7 @@
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/json_line.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/yaml_node.hpp"
+#include "waymark/config/yaml_tree.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/media/video_reader.hpp"
 #include "waymark/recording/message_log.hpp"

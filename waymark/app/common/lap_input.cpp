@@ -11,9 +11,9 @@
 
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/base/angles.hpp"
-#include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 
 namespace waymark {
 namespace {

@@ -1,16 +1,12 @@
-// What a recorded lap says of its robot, what a caller says instead, and what is missing.
-// Where a robot's file and a recording say different things, which of them counts, and a robot in words.
+// What a recorded lap says of its robot, what a caller or a robot's file says instead, and what is missing.
 #include "waymark/app/common/lap_input.hpp"
-
-#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/robot/robot_table.hpp"
 #include "waymark/base/angles.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 
 namespace waymark {
 namespace {

@@ -162,5 +162,31 @@ TEST(FreshFile, RemovesNoDeviceAndNothingWithoutAName) {
   EXPECT_TRUE(std::filesystem::exists("/dev/null"));
 }
 
+TEST(FreshFile, ARecordingInWhichTheRobotSaidNothingIsRemoved) {
+  const fs::path folder = testing::fresh_folder("fresh_file_session");
+  const fs::path file = folder / "lap.mcap";
+  const auto begun = [&](auto&& use) {
+    write(file, "begun");
+    {
+      FreshFile fresh(file.string());
+      use(fresh);
+    }
+    return fs::exists(file);
+  };
+  EXPECT_FALSE(begun([](FreshFile&) {}));
+  EXPECT_FALSE(begun([](FreshFile& fresh) { fresh.receive(StampedCommand{}); })) << "sent, not said";
+  EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.receive(Odometry{}); }));
+  EXPECT_TRUE(begun([](FreshFile& fresh) {
+    fresh.receive(TagFrame{});
+    fresh.receive(StampedCommand{});
+  })) << "what was said once counts";
+  EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.keep(); }));
+  { const FreshFile none(""); }
+  { const FreshFile device("/dev/null"); }
+  EXPECT_TRUE(fs::exists("/dev/null")) << "only files are removed";
+  { const FreshFile folder(folder.string()); }
+  EXPECT_TRUE(fs::exists(folder));
+}
+
 }  // namespace
 }  // namespace waymark

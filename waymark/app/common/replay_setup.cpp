@@ -4,8 +4,8 @@
 
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/base/angles.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/replay/route_builder.hpp"
 
 namespace waymark {

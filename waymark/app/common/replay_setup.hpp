@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/samples/calibration.hpp"

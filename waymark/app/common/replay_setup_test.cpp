@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/replay/route_builder.hpp"
 
 namespace waymark {

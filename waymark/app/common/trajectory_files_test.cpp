@@ -7,7 +7,7 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/evaluate/evaluate_trajectory.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {

@@ -18,7 +18,7 @@
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/media/video_writer.hpp"
 #include "waymark/recording/message_log.hpp"

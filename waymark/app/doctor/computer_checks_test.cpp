@@ -9,9 +9,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/app/doctor/doctor.hpp"
-#include "waymark/app/doctor/robot_checks.hpp"
-
 namespace waymark {
 namespace {
 

@@ -1,18 +1,15 @@
 #include "waymark/app/doctor/doctor.hpp"
 
 #include <algorithm>
-#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/live/cameras.hpp"
-#include "waymark/app/localize/localize_live.hpp"
-
 namespace waymark {
 namespace {
 
+using nlohmann::json;
 using ::testing::HasSubstr;
 
 TEST(DoctorText, ACheckIsALineAndItsCommandStandsBelow) {

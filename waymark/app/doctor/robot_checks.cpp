@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/recording/lcm/mbot_messages.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"

@@ -1,23 +1,16 @@
 #include "waymark/app/doctor/robot_checks.hpp"
 
-#include <algorithm>
-#include <chrono>
-#include <fstream>
-
-#include <unistd.h>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "waymark/app/doctor/computer_checks.hpp"
-#include "waymark/app/doctor/doctor.hpp"
 
 namespace waymark {
 namespace {
 
 using ::testing::HasSubstr;
 
-TEST(Doctor, JudgesWhatWasHeardOfARobotOnANetwork) {
+TEST(NetworkLines, JudgesWhatWasHeardOfARobotOnANetwork) {
   const auto level_of = [](const NetworkHeard& heard, const std::string& key) {
     for (const DoctorLine& line : network_lines(heard, "docs"))
       if (line.key == key) return std::string(to_string(line.level));

@@ -12,8 +12,8 @@
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/config/camera_file.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/pipeline/expected_tags.hpp"
 #include "waymark/pose/tag_pose.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/base/angles.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/evaluation/dead_reckoning.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"

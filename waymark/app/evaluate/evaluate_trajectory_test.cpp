@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {

@@ -7,7 +7,7 @@
 
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/plot/page.hpp"
 #include "waymark/samples/route.hpp"

@@ -1,9 +1,7 @@
 #include "waymark/app/live/cameras.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <thread>
 #include <utility>
@@ -13,13 +11,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/doctor/doctor.hpp"
-#include "waymark/app/localize/localize_live.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {
 
+using nlohmann::json;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::Not;

@@ -13,7 +13,7 @@
 #include "waymark/inputs/keyboard/key_input.hpp"
 #include "waymark/inputs/keyboard/line_input.hpp"
 #include "waymark/robots/simulated/script_driver.hpp"
-#include "waymark/runtime/script_input.hpp"
+#include "waymark/runtime/operator_input.hpp"
 #include "waymark/runtime/viewer_input.hpp"
 #include "waymark/server/live_feed.hpp"
 

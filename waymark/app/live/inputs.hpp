@@ -7,9 +7,8 @@
 
 #include "waymark/inputs/keyboard/terminal_keys.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
-#include "waymark/runtime/lap_driver.hpp"
 #include "waymark/runtime/operator_input.hpp"
-#include "waymark/runtime/viewer_orders.hpp"
+#include "waymark/runtime/viewer_input.hpp"
 
 namespace waymark {
 

@@ -3,20 +3,9 @@
 #include <deque>
 #include <thread>
 
-#include <unistd.h>
-
-#include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/data.hpp"
-#include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/replay/robot_difference.hpp"
-#include "waymark/app/robot/robot_table.hpp"
-#include "waymark/config/text_file.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

@@ -1,25 +1,14 @@
 #include "waymark/app/live/robot_kinds.hpp"
 
-#include <fstream>
-
-#include <unistd.h>
-
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/data.hpp"
-#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
-#include "waymark/app/live/inputs.hpp"
 #include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
-#include "waymark/app/replay/robot_difference.hpp"
-#include "waymark/app/robot/robot_table.hpp"
 #include "waymark/app/session/run_session.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
-#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 namespace {

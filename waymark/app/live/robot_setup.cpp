@@ -6,11 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "waymark/config/faults_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/world_file.hpp"
-#include "waymark/config/world_robot.hpp"
+#include "waymark/config/yaml/faults_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 
 namespace waymark {
 namespace {

@@ -10,7 +10,7 @@
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/robots/watchdog/robot_command.hpp"
 #include "waymark/tags/detector.hpp"

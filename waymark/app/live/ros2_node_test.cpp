@@ -6,8 +6,8 @@
 
 #include "tests/support/node_drive.hpp"
 #include "waymark/codecs/image_codec.hpp"
-#include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 
 #ifndef WAYMARK_VERSION

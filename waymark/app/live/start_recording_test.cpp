@@ -1,19 +1,15 @@
 #include "waymark/app/live/start_recording.hpp"
 
+#include <filesystem>
+#include <fstream>
+
 #include <unistd.h>
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/app/live/inputs.hpp"
 #include "waymark/app/live/live_robot.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/app/replay/robot_difference.hpp"
-#include "waymark/app/robot/robot_table.hpp"
-#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 namespace {
@@ -50,6 +46,21 @@ TEST(LoneAnchor, OfAMapThatIsThereIsTheMapsUnlessOneIsGiven) {
   EXPECT_FALSE(place_lone_anchor(setup, {}, "")) << "no map: it must be given";
   ASSERT_TRUE(place_lone_anchor(setup, {.anchor = "3", .tag_size_m = 0.1}, none.string()));
   EXPECT_EQ(to_string(setup.simulated.world.anchor), "tag36h11:3");
+}
+
+TEST(StartRecording, ANewRecordingIsNeverWrittenOverAnother) {
+  const fs::path folder = testing::fresh_folder("start_recording");
+  const auto at = [&](const char* name) { return (folder / name).string(); };
+  const auto setup = load_setup("circuit24", "limo", 1);
+  ASSERT_TRUE(setup) << to_string(setup.error());
+  std::ofstream(folder / "lap.mcap") << "of yesterday";
+  const auto recorder = start_recording(at("lap.mcap"), {.verb = "test", .driver = "none"}, *setup);
+  ASSERT_FALSE(recorder);
+  EXPECT_EQ(recorder.error().place.source, at("lap.mcap"));
+  auto fresh = start_recording(at("new.mcap"), {.verb = "test", .driver = "none"}, *setup);
+  ASSERT_TRUE(fresh) << to_string(fresh.error());
+  EXPECT_TRUE(fresh->close());
+  EXPECT_GT(fs::file_size(at("new.mcap")), 1000U) << "it holds how it was made, before any sample";
 }
 
 }  // namespace

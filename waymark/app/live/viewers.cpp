@@ -10,9 +10,9 @@
 
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/live/inputs.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/recording/ros2/map_markers.hpp"
 #include "waymark/robots/dds/open_bus.hpp"
 #include "waymark/robots/dds/ros_environment.hpp"

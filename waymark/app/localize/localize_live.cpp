@@ -22,7 +22,7 @@
 #include "waymark/app/localize/localize_output.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/exchange/landmarks_file.hpp"
 #include "waymark/geometry/dense.hpp"
 #include "waymark/recording/ros2/map_markers.hpp"
 #include "waymark/samples/mounted_camera.hpp"

@@ -1,18 +1,17 @@
 #include "waymark/app/localize/localize_live.hpp"
 
-#include <algorithm>
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/doctor/doctor.hpp"
 #include "waymark/app/live/cameras.hpp"
 
 namespace waymark {
 namespace {
 
+using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
 

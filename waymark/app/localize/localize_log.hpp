@@ -8,7 +8,7 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/recording/ros2/sample_decoder.hpp"

@@ -7,8 +7,8 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/evaluate/evaluate_trajectory.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {

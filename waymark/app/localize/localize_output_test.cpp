@@ -10,7 +10,7 @@
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
 #include "waymark/app/localize/localize_log.hpp"
-#include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/exchange/trajectory_file.hpp"
 
 namespace waymark {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/localize/localize_output.hpp"
-#include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/exchange/landmarks_file.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {

@@ -9,7 +9,7 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/map_exchange.hpp"
+#include "waymark/config/exchange/map_exchange.hpp"
 
 /// `waymark map convert`: a map of tags in another program's form, or another's in ours.
 namespace waymark {

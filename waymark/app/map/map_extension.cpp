@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/route_files.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
 

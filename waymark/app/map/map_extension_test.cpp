@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 

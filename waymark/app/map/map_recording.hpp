@@ -9,8 +9,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/lap_input.hpp"
-#include "waymark/config/landmarks_file.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/exchange/landmarks_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 

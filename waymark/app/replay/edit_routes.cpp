@@ -10,8 +10,8 @@
 
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/replay/route_progress.hpp"
 
 namespace waymark {

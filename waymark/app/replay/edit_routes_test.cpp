@@ -8,8 +8,8 @@
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/map/convert_map.hpp"
 #include "waymark/app/replay/optimize_route.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 
 namespace waymark {
 namespace {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
+#include "waymark/config/yaml/route_file.hpp"
 #include "waymark/replay/route_builder.hpp"
 
 namespace waymark {

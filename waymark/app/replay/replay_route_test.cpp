@@ -1,29 +1,23 @@
-// What a replay says of its stations, also while it still stands at one.
+// What a replay refuses, does, and says of its end and of its stations.
 #include "waymark/app/replay/replay_route.hpp"
 
 #include <chrono>
-#include <fstream>
-#include <limits>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
-#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
-#include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
-#include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/session/explore_world.hpp"
-#include "waymark/app/session/run_demo.hpp"
+#include "waymark/app/map/map_recording.hpp"
 #include "waymark/app/session/run_session.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
 
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -165,6 +159,77 @@ TEST(ReplayReportText, SaysOnceThatItStopped) {
   EXPECT_EQ(with_reason("stopped", "stopped: a stick was moved"), "stopped: a stick was moved");
   EXPECT_EQ(with_reason("stopped", "a tag is near"), "stopped: a tag is near");
   EXPECT_EQ(with_reason("done", ""), "done");
+}
+
+/// Cancels when it is asked for the given time.
+JobControl cancelled_at_call(int call) {
+  JobControl control;
+  control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
+  return control;
+}
+
+/// Replays of the simulated robot, in this process.
+class ReplayRoute : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string lap(const char* name = "lap.mcap") const { return (folder_ / name).string(); }
+  void teach_and_map() const {
+    ASSERT_TRUE(teach_lap(setup_, {.output = lap()}, {}));
+    ASSERT_TRUE(map_recording({.lap = lap(), .folder = folder_ / "map"}, {}));
+  }
+
+  const fs::path folder_ =
+      testing::fresh_folder(::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const RobotSetup setup_ = load_setup("circuit24", "", 1).value();
+};
+
+TEST_F(ReplayRoute, ATaughtLapIsDrivenWithinCentimetresOfIt) {
+  teach_and_map();
+  const RobotSetup other_day = load_setup("circuit24", "", 1001).value();
+  const auto report = replay_route(other_day, {.folder = folder_ / "map", .output = lap("replay.mcap")}, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_TRUE(succeeded(*report)) << ending(*report);
+  ASSERT_TRUE(report->judgement);
+  EXPECT_LT(report->judgement->cross_track_rmse_m, 0.02);
+  EXPECT_NEAR(report->end.driven_m, report->route_length_m, 0.1);
+  EXPECT_TRUE(fs::exists(lap("replay.mcap")));
+}
+
+TEST_F(ReplayRoute, CancellingStopsTheRobotAndSaysByWhom) {
+  teach_and_map();
+  const auto report = replay_route(setup_, {.folder = folder_ / "map"}, cancelled_at_call(600));
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_FALSE(succeeded(*report));
+  EXPECT_TRUE(report->end.interrupted);
+  EXPECT_LT(report->end.driven_m, report->route_length_m);
+  EXPECT_THAT(ending(*report, "a test"), HasSubstr("a test"));
+  ASSERT_GE(report->true_path.size(), 2U);
+}
+
+TEST_F(ReplayRoute, AFolderWithoutAMapOrWithAnotherPlacesRouteIsRefused) {
+  EXPECT_FALSE(replay_route(setup_, {.folder = folder_ / "nowhere"}, {}));
+  teach_and_map();
+  const RobotSetup square = load_setup("mbot-square", "", 1).value();
+  ASSERT_TRUE(teach_lap(square, {.output = lap("square.mcap")}, {}));
+  ASSERT_TRUE(map_recording({.lap = lap("square.mcap"), .folder = folder_ / "square"}, {}));
+  fs::copy_file(folder_ / "square/route.yaml", folder_ / "map/route.yaml",
+                fs::copy_options::overwrite_existing);
+  const auto foreign = replay_route(setup_, {.folder = folder_ / "map"}, {});
+  ASSERT_FALSE(foreign);
+  EXPECT_THAT(to_string(foreign.error()), HasSubstr("route.yaml"));
+}
+
+TEST_F(ReplayRoute, SeveralLapsNeedAClosedRoute) {
+  teach_and_map();
+  ReplayJob job{.folder = folder_ / "map"};
+  const auto files = load_replay(job, {});
+  ASSERT_TRUE(files) << to_string(files.error());
+  Route open = files->route;
+  open.closed = false;
+  EXPECT_TRUE(check_drive(job, open));
+  job.replay.laps = 2;
+  EXPECT_TRUE(check_drive(job, files->route));
+  EXPECT_FALSE(check_drive(job, open));
+  EXPECT_NEAR(goal_m(files->route, job), 2 * goal_m(files->route, {.folder = job.folder}), 1e-9);
 }
 
 }  // namespace

@@ -6,13 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/data.hpp"
-#include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/robot/robot_table.hpp"
 #include "waymark/config/text_file.hpp"
 
 namespace waymark {

@@ -1,6 +1,6 @@
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/cli/robot_flags.hpp"
-#include "waymark/config/robot_list.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/mbot/mbot_robot.hpp"
 
 namespace waymark::cli {

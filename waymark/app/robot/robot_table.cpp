@@ -8,8 +8,8 @@
 
 #include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/base/angles.hpp"
-#include "waymark/config/robot_list.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/gazebo/profile.hpp"
 #include "waymark/robots/ros2/profile.hpp"
 #include "waymark/samples/mounted_camera.hpp"

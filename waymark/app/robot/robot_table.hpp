@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 
 namespace waymark {
 

@@ -2,24 +2,14 @@
 
 #include <sstream>
 
-#include <unistd.h>
-
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/data.hpp"
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/lap_input.hpp"
-#include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/live_robot.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/app/live/robot_setup.hpp"
-#include "waymark/app/live/start_recording.hpp"
-#include "waymark/app/replay/robot_difference.hpp"
 #include "waymark/base/angles.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 
 namespace waymark {
 namespace {

@@ -18,7 +18,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 

@@ -11,11 +11,10 @@
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/scene/scene_recording.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/tagslam_folder.hpp"
-#include "waymark/config/tagslam_write.hpp"
+#include "waymark/config/exchange/tagslam.hpp"
+#include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/mapping/scene/scene_checks.hpp"
 
 namespace waymark {

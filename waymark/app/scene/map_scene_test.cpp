@@ -8,9 +8,9 @@
 #include "tests/support/data.hpp"
 #include "waymark/app/scene/scene_recording.hpp"
 #include "waymark/base/random.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/visibility.hpp"
 

@@ -14,7 +14,7 @@
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml/map_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"

@@ -1,14 +1,14 @@
 #include "waymark/app/session/explore_world.hpp"
 
+#include <filesystem>
 #include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/session/run_demo.hpp"
+#include "tests/support/data.hpp"
 #include "waymark/app/session/run_session.hpp"
-#include "waymark/app/teach/teach_lap.hpp"
 
 namespace waymark {
 namespace {
@@ -35,6 +35,29 @@ TEST(ExploreReportText, ErrorsAreThoseByTheTruth) {
   EXPECT_THAT(text, HasSubstr("0.250 m from the hull"));
   EXPECT_THAT(text, HasSubstr("50.0 % of the time"));
   EXPECT_EQ(to_json(report)["heading_rmse_deg"], 0.4);
+}
+
+/// Cancels when it is asked for the given time.
+JobControl cancelled_at_call(int call) {
+  JobControl control;
+  control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
+  return control;
+}
+
+TEST(Explore, AWalkMeetsNothingAndEndsWhenItIsCancelled) {
+  const std::filesystem::path folder = testing::fresh_folder("explore_world");
+  const RobotSetup house = load_setup("academy-house", "", 4).value();
+  const auto walk = explore_world(house, {.minutes = 0.5, .output = (folder / "walk.mcap").string()}, {});
+  ASSERT_TRUE(walk) << to_string(walk.error());
+  EXPECT_FALSE(walk->interrupted);
+  EXPECT_NEAR(walk->seconds, 30, 0.5);
+  EXPECT_EQ(walk->collisions, 0);
+  EXPECT_GT(walk->distance_m, 1);
+  const auto ended = explore_world(house, {.minutes = 0.5}, cancelled_at_call(200));
+  ASSERT_TRUE(ended) << to_string(ended.error());
+  EXPECT_TRUE(ended->interrupted);
+  EXPECT_LT(ended->seconds, walk->seconds);
+  EXPECT_FALSE(explore_world(house, {.map = (folder / "no-map").string()}, {}));
 }
 
 }  // namespace

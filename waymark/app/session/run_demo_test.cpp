@@ -1,18 +1,18 @@
 #include "waymark/app/session/run_demo.hpp"
 
-#include <limits>
+#include <filesystem>
+#include <fstream>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
-#include "waymark/app/session/explore_world.hpp"
-#include "waymark/app/session/run_session.hpp"
-#include "waymark/app/teach/teach_lap.hpp"
+#include "tests/support/data.hpp"
 
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -23,6 +23,24 @@ TEST(DemoReportText, HasRowsOnlyForWhatWasCompared) {
   report.replay.judgement->laps_completed = 2;
   EXPECT_THAT(to_text(report), HasSubstr("laps completed"));
   EXPECT_THAT(to_text(report), HasSubstr("from the taught way, rmse"));
+}
+
+TEST(DemoFolder, ADemoWritesOverItsOwnFilesAndNobodyElses) {
+  const fs::path folder = testing::fresh_folder("demo_folder");
+  const auto at = [&](const char* name) { return (folder / name).string(); };
+  const auto put = [&](const std::string& name, const std::string& text) {
+    fs::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name, std::ios::binary) << text;
+  };
+  ASSERT_TRUE(clear_demo_folder(at("demo")));
+  put("demo/lap.mcap", "of the last demo");
+  ASSERT_TRUE(clear_demo_folder(at("demo")));
+  EXPECT_FALSE(fs::exists(at("demo/lap.mcap"))) << "it goes, so that a new one can be recorded";
+  put("mine/lap.mcap", "of a person");
+  const Status mine = clear_demo_folder(at("mine"));
+  ASSERT_FALSE(mine);
+  EXPECT_THAT(to_string(mine.error()), HasSubstr("'lap.mcap' that no demo wrote"));
+  EXPECT_TRUE(fs::exists(at("mine/lap.mcap")));
 }
 
 }  // namespace

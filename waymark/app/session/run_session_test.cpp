@@ -1,11 +1,10 @@
-// The operator's session with a gamepad in hand, over a robot that is a process: taught with the sticks,
-// mapped, replayed, paused, gone on, stopped by a stick, replayed again.
+// The files of an operator's session; and one with a gamepad in hand, over a robot that is a process: taught
+// with the sticks, mapped, replayed, paused, gone on, stopped by a stick, replayed again.
 #include "waymark/app/session/run_session.hpp"
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -16,15 +15,9 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
-#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
 #include "waymark/app/common/output_files.hpp"
-#include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
-#include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
 #include "waymark/app/session/explore_world.hpp"
-#include "waymark/app/session/run_demo.hpp"
-#include "waymark/app/teach/teach_lap.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/inputs/gamepad/pad_input.hpp"
@@ -122,31 +115,6 @@ TEST_F(SessionFiles, AMakerThatMadeNothingIsAnErrorWithItsPlace) {
   EXPECT_EQ(taken.error().code, ErrorCode::Unwritable);
   EXPECT_EQ(taken.error().place.source, map_.string());
   EXPECT_EQ(words_in(map_ / "map.yaml"), "older") << "the map that was there is still in its place";
-}
-
-TEST_F(SessionFiles, ARecordingInWhichTheRobotSaidNothingIsRemoved) {
-  const fs::path file = folder_ / "lap.mcap";
-  const auto begun = [&](auto&& use) {
-    write_words(file, "begun");
-    {
-      FreshFile fresh(file.string());
-      use(fresh);
-    }
-    return fs::exists(file);
-  };
-  EXPECT_FALSE(begun([](FreshFile&) {}));
-  EXPECT_FALSE(begun([](FreshFile& fresh) { fresh.receive(StampedCommand{}); })) << "sent, not said";
-  EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.receive(Odometry{}); }));
-  EXPECT_TRUE(begun([](FreshFile& fresh) {
-    fresh.receive(TagFrame{});
-    fresh.receive(StampedCommand{});
-  })) << "what was said once counts";
-  EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.keep(); }));
-  { const FreshFile none(""); }
-  { const FreshFile device("/dev/null"); }
-  EXPECT_TRUE(fs::exists("/dev/null")) << "only files are removed";
-  { const FreshFile folder(folder_.string()); }
-  EXPECT_TRUE(fs::exists(folder_));
 }
 
 namespace fs = std::filesystem;

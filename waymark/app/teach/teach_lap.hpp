@@ -12,7 +12,7 @@
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/robots/simulated/detecting_camera.hpp"
-#include "waymark/runtime/lap_monitor.hpp"
+#include "waymark/runtime/teach_session.hpp"
 
 namespace waymark {
 

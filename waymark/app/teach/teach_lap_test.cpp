@@ -1,25 +1,23 @@
 #include "waymark/app/teach/teach_lap.hpp"
 
+#include <filesystem>
 #include <fstream>
-#include <limits>
+#include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
-#include "waymark/app/calibrate_camera/calibrate_guided.hpp"
+#include "waymark/app/common/profile_table.hpp"
 #include "waymark/app/live/inputs.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
-#include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
-#include "waymark/app/session/explore_world.hpp"
-#include "waymark/app/session/run_demo.hpp"
 #include "waymark/app/session/run_session.hpp"
 
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -75,6 +73,59 @@ TEST(TeachReportJson, HoldsWeakLinksByTheirTags) {
   ASSERT_EQ(json["weak_links"].size(), 1U);
   EXPECT_EQ(json["weak_links"][0]["tags"][1], "tag36h11:2");
   EXPECT_EQ(json["weak_links"][0]["frames"], 2);
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Cancels when it is asked for the given time.
+JobControl cancelled_at_call(int call) {
+  JobControl control;
+  control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
+  return control;
+}
+
+/// Laps of the simulated robot, in this process.
+class TeachLap : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string lap(const char* name = "lap.mcap") const { return (folder_ / name).string(); }
+
+  const fs::path folder_ =
+      testing::fresh_folder(::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const RobotSetup setup_ = load_setup("circuit24", "", 1).value();
+};
+
+TEST_F(TeachLap, TheSameSeedRecordsTheSameBytesAndAnotherOthers) {
+  const auto first = teach_lap(setup_, {.output = lap()}, {});
+  ASSERT_TRUE(first) << to_string(first.error());
+  EXPECT_TRUE(first->end.finished);
+  EXPECT_TRUE(first->summary.closed_loop);
+  EXPECT_TRUE(first->summary.mappable);
+  ASSERT_TRUE(teach_lap(setup_, {.output = lap("again.mcap")}, {}));
+  ASSERT_TRUE(teach_lap(load_setup("circuit24", "", 2).value(), {.output = lap("other.mcap")}, {}));
+  EXPECT_EQ(bytes_of(lap()), bytes_of(lap("again.mcap")));
+  EXPECT_NE(bytes_of(lap()), bytes_of(lap("other.mcap")));
+}
+
+TEST_F(TeachLap, ACancelledLapIsClosedAndCanBeRead) {
+  const auto taught = teach_lap(setup_, {.output = lap()}, cancelled_at_call(400));
+  ASSERT_TRUE(taught) << to_string(taught.error());
+  EXPECT_FALSE(taught->end.finished);
+  EXPECT_TRUE(taught->end.interrupted);
+  EXPECT_GT(taught->summary.frames, 0);
+  const auto profile = profile_of(lap(), {});
+  ASSERT_TRUE(profile) << to_string(profile.error());
+  EXPECT_NEAR(profile->duration_s, taught->end.lap_s, 1.0);
+}
+
+TEST_F(TeachLap, WhatCannotBeginLeavesNoFile) {
+  const auto driver = teach_lap(setup_, {.output = lap(), .driver = "autopilot"}, {});
+  ASSERT_FALSE(driver);
+  EXPECT_THAT(driver.error().message, HasSubstr("autopilot"));
+  EXPECT_FALSE(fs::exists(lap()));
+  EXPECT_FALSE(teach_lap(setup_, {.output = (folder_ / "missing/lap.mcap").string()}, {}));
 }
 
 }  // namespace

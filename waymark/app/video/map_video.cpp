@@ -20,12 +20,11 @@
 #include "waymark/app/video/video_scene.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
-#include "waymark/config/fmap_layout.hpp"
-#include "waymark/config/landmarks_file.hpp"
-#include "waymark/config/tagslam_write.hpp"
+#include "waymark/config/exchange/field_layouts.hpp"
+#include "waymark/config/exchange/landmarks_file.hpp"
+#include "waymark/config/exchange/tagslam.hpp"
+#include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/trajectory_file.hpp"
-#include "waymark/config/wpilib_layout.hpp"
 #include "waymark/mapping/scene/corner_consistency.hpp"
 #include "waymark/mapping/scene/scene_checks.hpp"
 
@@ -355,7 +354,6 @@ std::string to_text(const MapVideoReport& report, const std::string& folder) {
         to_string(tag.tag), tag.off_m.x(), tag.off_m.y(), tag.off_m.z(), to_degrees(tag.turned_rad));
   return text;
 }
-
 
 // What a user says of the camera and the place.
 namespace {

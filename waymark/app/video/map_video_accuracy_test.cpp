@@ -12,7 +12,7 @@
 #include "tests/support/hand_walk.hpp"
 #include "waymark/app/video/map_video.hpp"
 #include "waymark/camera/intrinsics.hpp"
-#include "waymark/config/wpilib_layout.hpp"
+#include "waymark/config/exchange/field_layouts.hpp"
 #include "waymark/simulation/render/scene_camera.hpp"
 #include "waymark/tags/tag_finder.hpp"
 

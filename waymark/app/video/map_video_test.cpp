@@ -11,10 +11,10 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/app/common/camera_tags.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/camera_file.hpp"
-#include "waymark/config/map_exchange.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
+#include "waymark/config/exchange/map_exchange.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
 #include "waymark/media/video_writer.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/tag_finder.hpp"

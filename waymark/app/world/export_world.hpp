@@ -8,8 +8,8 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/simulation/world/world.hpp"
 
 /// `waymark world export`: a simulated place and robot for Gazebo Fortress.

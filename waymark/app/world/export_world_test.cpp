@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 
 namespace waymark {
 namespace {

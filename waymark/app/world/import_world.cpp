@@ -21,7 +21,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/sdf/read_sdf.hpp"
 #include "waymark/sdf/texture_place.hpp"

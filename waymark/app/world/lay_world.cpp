@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
-#include "waymark/config/robot_list.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/replay/route_builder.hpp"
 

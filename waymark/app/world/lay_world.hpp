@@ -6,7 +6,7 @@
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/simulation/world/tag_layout.hpp"
 #include "waymark/simulation/world/world_check.hpp"
 

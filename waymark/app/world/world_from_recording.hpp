@@ -10,7 +10,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/simulation/world/world.hpp"
 
 /// `waymark world from-recording`: a simulated place and robot with the statistics of a recorded drive.

@@ -11,7 +11,7 @@
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/map/map_recording.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 
 namespace waymark {
 namespace {

@@ -8,12 +8,10 @@
 
 #include "waymark/base/message_text.hpp"
 #include "waymark/camera/intrinsics.hpp"
-#include "waymark/config/camera_file.hpp"
-#include "waymark/config/camera_formats.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
+#include "waymark/config/exchange/camera_formats.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_numbers.hpp"
-#include "waymark/config/yaml_provenance.hpp"
-#include "waymark/config/yaml_write.hpp"
+#include "waymark/config/yaml_tree.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/config/camera_file.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {

@@ -7,9 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/config/yaml_cursor.hpp"
-#include "waymark/config/yaml_numbers.hpp"
-#include "waymark/config/yaml_write.hpp"
+#include "waymark/config/yaml_tree.hpp"
 
 namespace waymark {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/config/robot_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 
 namespace waymark {
 namespace {

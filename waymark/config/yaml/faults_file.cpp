@@ -7,7 +7,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_numbers.hpp"
+#include "waymark/config/yaml_tree.hpp"
 
 namespace waymark {
 namespace {

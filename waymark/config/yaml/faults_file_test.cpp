@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/config/yaml/world_file.hpp"
 #include "waymark/simulation/world/world_check.hpp"
 
 namespace waymark {

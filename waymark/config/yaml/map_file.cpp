@@ -6,9 +6,7 @@
 #include <fmt/format.h>
 
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_numbers.hpp"
-#include "waymark/config/yaml_provenance.hpp"
-#include "waymark/config/yaml_write.hpp"
+#include "waymark/config/yaml_tree.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {

@@ -8,13 +8,12 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/config/camera_file.hpp"
-#include "waymark/config/camera_formats.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
+#include "waymark/config/exchange/camera_formats.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/config/yaml_numbers.hpp"
-#include "waymark/config/yaml_write.hpp"
+#include "waymark/config/yaml_tree.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {

@@ -8,7 +8,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/camera/camera_model.hpp"
-#include "waymark/config/commission_record.hpp"
+#include "waymark/config/yaml/commission_record.hpp"
 #include "waymark/localization/riekf.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_model.hpp"

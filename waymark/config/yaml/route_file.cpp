@@ -8,8 +8,7 @@
 #include <fmt/format.h>
 
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_numbers.hpp"
-#include "waymark/config/yaml_write.hpp"
+#include "waymark/config/yaml_tree.hpp"
 
 namespace waymark {
 namespace {

@@ -9,9 +9,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_cursor.hpp"
-#include "waymark/config/yaml_numbers.hpp"
-#include "waymark/config/yaml_write.hpp"
+#include "waymark/config/yaml_tree.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 #include "waymark/simulation/world/world.hpp"
 
@@ -24,8 +22,8 @@ constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'0
 [[nodiscard]] Result<Eigen::Vector2d> read_point(const YamlCursor& point);
 
 /// Puts a tag into a world; fails on a number that is not in the family or given twice.
-Result<TagId> place_tag(const YamlCursor& entry, FamilyId family, const SE3& map_T_tag,
-                                      double size_m, World& world);
+Result<TagId> place_tag(const YamlCursor& entry, FamilyId family, const SE3& map_T_tag, double size_m,
+                        World& world);
 
 /// Reads every entry of a list that may be missing.
 template <class Read>

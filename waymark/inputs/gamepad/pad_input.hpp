@@ -7,7 +7,6 @@
 
 #include "waymark/inputs/gamepad/gamepad.hpp"
 #include "waymark/inputs/gamepad/stick_driver.hpp"
-#include "waymark/runtime/lap_driver.hpp"
 #include "waymark/runtime/operator_input.hpp"
 
 namespace waymark {

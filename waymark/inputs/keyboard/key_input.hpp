@@ -5,7 +5,6 @@
 
 #include "waymark/inputs/keyboard/key_driver.hpp"
 #include "waymark/inputs/keyboard/terminal_keys.hpp"
-#include "waymark/runtime/lap_driver.hpp"
 #include "waymark/runtime/operator_input.hpp"
 
 namespace waymark {

@@ -17,7 +17,6 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/mapping/lap/floor_observations.hpp"
 
 namespace waymark {
 namespace {
@@ -28,9 +27,10 @@ using internal::Places;
 using internal::TagShapes;
 using internal::Vote;
 
-constexpr double kGate3 = 16.3;  // 0.999 quantiles of chi-square: 3 degrees of freedom, a motion of the plane
-constexpr double kGate6 =
-    22.5;  // 0.999 quantile of chi-square, 6 degrees of freedom: one shape and a motion of the plane
+// 0.999 quantiles of chi-square, by degrees of freedom.
+constexpr double kGate3 = 16.3;  // a motion of the plane
+constexpr double kGate6 = 22.5;  // one shape and a motion of the plane
+constexpr double kGate9 = 27.9;  // two shapes and a motion of the plane
 
 Eigen::Matrix3d noise_of_places(const ChainOptions& options) {
   const Eigen::Vector3d sigmas(options.map_sigma_m, options.map_sigma_m, options.map_sigma_rad);
@@ -171,8 +171,6 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
 namespace waymark::internal {
 namespace {
 
-// 0.999 quantiles of chi-square.
-constexpr double kGate9 = 27.9;  // two shapes and a motion of the plane
 constexpr double kAnyDistance = 1e6;
 
 Vote<SE2> between_tags(const FloorObservation& from, const FloorObservation& to) {
@@ -364,9 +362,6 @@ void spread_closing_error(const Links& links, const TagId& anchor, Places& place
 }
 
 namespace {
-
-constexpr double kGate3 = 16.3;  // 0.999 quantile of chi-square with 3 degrees of freedom
-constexpr double kGate6 = 22.5;  // with 6: one shape and a motion of the plane
 
 /// Tags that links tie to each other.
 struct Island {

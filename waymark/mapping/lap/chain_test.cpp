@@ -187,7 +187,7 @@ constexpr double kRoom_m = 4;
 constexpr double kBetween_m = 3;
 constexpr int kTagsInRoom = 6;
 
-TagId tag(int number) { return {FamilyId::TagStandard52h13, number}; }
+TagId room_tag(int number) { return {FamilyId::TagStandard52h13, number}; }
 
 struct Rooms {
   std::vector<FloorFrame> frames{};
@@ -207,7 +207,7 @@ Rooms drive(int rooms, double drift, std::size_t anchor_room = 0, double noise =
   for (int room = 0; room < rooms; ++room) {
     std::vector<TagId> here;
     for (int k = 0; k < kTagsInRoom; ++k) {
-      here.push_back(tag(static_cast<int>(world.truth.size())));
+      here.push_back(room_tag(static_cast<int>(world.truth.size())));
       const double side = k % 2 == 0 ? 1 : -1;
       world.truth[here.back()] = at * SE2(1.2 + kRoom_m * k / kTagsInRoom, side, -2.5 * side);
     }
@@ -298,7 +298,7 @@ TEST(ChainIslands, WhatIsPlacedStays) {
 
 TEST(ChainIslands, ATagThatFewFramesSawIsLeftOut) {
   Rooms world = drive(2, 0);
-  const TagId once = tag(99);
+  const TagId once = room_tag(99);
   int seen = 0;
   for (std::size_t f = 0; f < world.frames.size() && seen < 3; ++f) {
     if (!world.frames[f].tags.empty() || f < 50) continue;

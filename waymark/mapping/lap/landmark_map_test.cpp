@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
+#include "waymark/mapping/solver/block_system.hpp"
 
 namespace waymark {
 namespace {

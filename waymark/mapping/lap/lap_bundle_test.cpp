@@ -1,4 +1,5 @@
-// A lap as a least-squares problem: what is unknown, what is tied to what, and that the truth costs nothing.
+// A lap as a least-squares problem: what is unknown, what is tied to what, and that the truth costs nothing;
+// votes of single observations.
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
 #include <cmath>
@@ -7,6 +8,8 @@
 
 #include "tests/support/ring_drive.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/samples/mounted_camera.hpp"
+#include "waymark/samples/visibility.hpp"
 
 namespace waymark {
 namespace {
@@ -182,6 +185,41 @@ TEST(FloorPrior, HoldsTheLeanWhereItIsKnownAndNeverTheHeight) {
   EXPECT_LT(off(true, SE3({}, {0, 0, 0.5})), 0.1);
   EXPECT_GT(off(true, SE3(SO3::exp({1e-4, 0, 0}), {0, 0, 0})), 10);
   EXPECT_LT(off(false, SE3(SO3::exp({0.1, 0, 0}), {0, 0, 0})), 1);
+}
+
+struct Sight {
+  LapInput lap{
+      .camera =
+          CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value(),
+      .base_T_cam = SE3(body_R_optical(), {0.1, 0, 0.3}),
+      .sizes = {.default_size_m = 0.2}};
+  SE3 map_T_base{SO3::from_rpy(0, 0, 0.6), {1, -2, 0}};
+  SE3 map_T_tag{};
+  TagDetection detection{.tag = {FamilyId::Tag36h11, 3}};
+
+  Sight() {
+    const SE3 cam_T_tag(SO3::exp({0.5, -0.3, 0.2}), {0.2, -0.1, 1.2});
+    map_T_tag = map_T_base * lap.base_T_cam * cam_T_tag;
+    detection.corners_px = *visible_corners(lap.camera, cam_T_tag, 0.2);
+  }
+};
+
+TEST(TagVotes, OneOfThePosesOfATagIsWhereItStands) {
+  const Sight sight;
+  const auto places = internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base);
+  ASSERT_FALSE(places.empty());
+  EXPECT_LT(minus(places.front().value, sight.map_T_tag).norm(), 1e-6);
+  EXPECT_EQ(places.front().chi2, 0);
+  const auto bases = internal::vote_for_base(sight.detection, "cam", sight.lap, sight.map_T_tag);
+  ASSERT_FALSE(bases.empty());
+  EXPECT_LT(minus(bases.front().value, sight.map_T_base).norm(), 1e-6);
+}
+
+TEST(TagVotes, CornersThatAreNoSquareGiveNone) {
+  Sight sight;
+  sight.detection.corners_px[1] = sight.detection.corners_px[0];
+  sight.detection.corners_px[2] = sight.detection.corners_px[0];
+  EXPECT_TRUE(internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base).empty());
 }
 
 }  // namespace

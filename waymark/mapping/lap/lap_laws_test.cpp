@@ -10,7 +10,7 @@
 
 #include "tests/support/ring_drive.hpp"
 #include "waymark/geometry/lie.hpp"
-#include "waymark/mapping/lap/lap_calibration.hpp"
+#include "waymark/mapping/lap/bundle_map.hpp"
 
 namespace waymark {
 namespace {
@@ -182,34 +182,6 @@ TEST(RingLaws, ATagWithoutASizeIsNotInTheMapAndSpoilsNothing) {
   EXPECT_FALSE(map.map.tags.contains(ring_tag(5)));
   drive.lap.sizes.size_by_tag_m.clear();
   EXPECT_FALSE(map_by_bundle(drive.lap)) << "no tag has one";
-}
-
-TEST(LapCalibration, EveryNumberHasItsDeviationAndWhatIsNotToldSaysWhatToDrive) {
-  const RingDrive drive = noisy(3);
-  const auto found = calibrate_by_lap(drive.lap);
-  ASSERT_TRUE(found) << to_string(found.error());
-  const auto& values = found->calibration.values;
-  const std::set<std::string> names = {
-      "mounting_x_m",           "mounting_y_m", "mounting_roll_rad", "mounting_pitch_rad", "mounting_yaw_rad",
-      "odometry_scale",         "yaw_gain",     "side_slip_s",       "camera_latency_s",   "turn_lead_s",
-      "odometry_yaw_bias_rad_s"};
-  for (const std::string& name : names) ASSERT_TRUE(values.contains(name)) << name;
-  EXPECT_EQ(values.size(), names.size());
-  for (const auto& [name, value] : values) {
-    EXPECT_TRUE(std::isfinite(value.value) && value.sigma > 0) << name;
-    EXPECT_EQ(value.advice.empty(), value.verdict == CalibrationVerdict::Known) << name;
-  }
-  EXPECT_EQ(values.at("side_slip_s").verdict, CalibrationVerdict::Unobservable) << "one bend at one speed";
-  EXPECT_EQ(found->calibration.camera, drive.lap.camera) << "as it was given";
-}
-
-TEST(LapCalibration, TagsAndWheelsWithoutACommonMomentAreAnError) {
-  RingDrive drive = noisy(4);
-  for (Odometry& sample : drive.lap.odometry) sample.stamp += std::chrono::hours(1);
-  const auto apart = calibrate_by_lap(drive.lap);
-  ASSERT_FALSE(apart);
-  EXPECT_THAT(to_string(apart.error()), HasSubstr("no moment in common"));
-  EXPECT_THAT(apart.error().hint, HasSubstr("one clock"));
 }
 
 }  // namespace

@@ -16,7 +16,6 @@
 #include "waymark/geometry/dense.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/mapping/lap/lap_bundle.hpp"
 #include "waymark/mapping/lap/motion_tracks.hpp"
 #include "waymark/pose/agreement.hpp"
 #include "waymark/samples/tag_detection.hpp"
@@ -273,7 +272,6 @@ std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
 
 namespace {
 
-using internal::Vote;
 using internal::vote_for_place;
 using Reason = LeftOutReason;
 

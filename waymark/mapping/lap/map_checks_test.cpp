@@ -166,15 +166,6 @@ TEST(MapCheck, WhatChangedSinceThePriorMapIsPassedOn) {
   EXPECT_THAT(check_map(drive.lap, map), ElementsAre("tag36h11:3 stands elsewhere"));
 }
 
-using test::drive_ring;
-using test::ring_tag;
-using test::RingDrive;
-using test::true_map;
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-
 constexpr std::size_t kFrame = 40;
 
 /// The detection of the first tag that a frame shows.
@@ -276,11 +267,6 @@ TEST(LeftOut, OnlyManyAreWorthASentenceWhichNamesTheTagsThatLostMost) {
   EXPECT_THAT(words, IsEmpty());
 }
 
-using test::drive_ring;
-using test::ring_tag;
-using test::RingDrive;
-using test::true_map;
-
 TEST(LoopClosure, ExactWheelsAndAnExactMapCloseExactly) {
   const RingDrive drive = drive_ring();
   const auto loop = loop_closure(drive.lap, true_map(drive));
@@ -370,12 +356,6 @@ TEST(LoopClosure, NothingComesBackInLessThanARound) {
 namespace waymark::internal {
 namespace {
 
-using test::ring_tag;
-using ::testing::AllOf;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 using Words = std::vector<std::string>;
 
 Words regions_words(const BundleMap& map) {

@@ -220,7 +220,7 @@ SE2 from_two(const Pair& a, const Pair& b) {
   return {turn, (a.map_p + b.map_p) / 2 - turn * Eigen::Vector2d((a.prior_p + b.prior_p) / 2)};
 }
 
-std::vector<Pair> agreeing(const std::vector<Pair>& pairs, const SE2& map_X_prior, double same_m) {
+std::vector<Pair> agreeing_pairs(const std::vector<Pair>& pairs, const SE2& map_X_prior, double same_m) {
   std::vector<Pair> good;
   for (const Pair& pair : pairs) {
     if ((map_X_prior * pair.prior_p - pair.map_p).norm() < same_m) good.push_back(pair);
@@ -278,7 +278,7 @@ Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorP
   std::vector<Pair> best;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
-      const std::vector<Pair> good = agreeing(pairs, from_two(pairs[i], pairs[k]), options.same_m);
+      const std::vector<Pair> good = agreeing_pairs(pairs, from_two(pairs[i], pairs[k]), options.same_m);
       if (good.size() > best.size()) best = good;
     }
   }
@@ -286,7 +286,7 @@ Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorP
     return fail(ErrorCode::NotFound,
                 "no three places of the two maps agree on how the maps lie to each other", {},
                 "Are these maps of the same place?");
-  for (int i = 0; i < 3; ++i) best = agreeing(pairs, least_squares(best), options.same_m);
+  for (int i = 0; i < 3; ++i) best = agreeing_pairs(pairs, least_squares(best), options.same_m);
   MapComparison comparison{.map_T_prior = lift(least_squares(best)),
                            .agreeing = static_cast<int>(best.size())};
   internal::judge_tags(flat(map, comparison.map_T_prior.rotation()), points, options, comparison);

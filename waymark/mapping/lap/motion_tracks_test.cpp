@@ -1,4 +1,4 @@
-// Odometry between its samples, and votes of single observations.
+// Odometry between its samples, and turns of a gyro between two moments.
 #include "waymark/mapping/lap/motion_tracks.hpp"
 
 #include <cmath>
@@ -6,9 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "waymark/geometry/lie.hpp"
-#include "waymark/mapping/lap/lap_bundle.hpp"
-#include "waymark/samples/mounted_camera.hpp"
-#include "waymark/samples/visibility.hpp"
 
 namespace waymark {
 namespace {
@@ -56,41 +53,6 @@ TEST(OdometryTrack, LeavesOutWhatIsNoNumberAndWhatComesTooLate) {
   const OdometryTrack track(samples);
   EXPECT_EQ(track.left_out(), 2);
   EXPECT_LT(minus(*track.at(at_ms(931)), *OdometryTrack(bend()).at(at_ms(931))).norm(), 1e-9);
-}
-
-struct Sight {
-  LapInput lap{
-      .camera =
-          CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value(),
-      .base_T_cam = SE3(body_R_optical(), {0.1, 0, 0.3}),
-      .sizes = {.default_size_m = 0.2}};
-  SE3 map_T_base{SO3::from_rpy(0, 0, 0.6), {1, -2, 0}};
-  SE3 map_T_tag{};
-  TagDetection detection{.tag = {FamilyId::Tag36h11, 3}};
-
-  Sight() {
-    const SE3 cam_T_tag(SO3::exp({0.5, -0.3, 0.2}), {0.2, -0.1, 1.2});
-    map_T_tag = map_T_base * lap.base_T_cam * cam_T_tag;
-    detection.corners_px = *visible_corners(lap.camera, cam_T_tag, 0.2);
-  }
-};
-
-TEST(TagVotes, OneOfThePosesOfATagIsWhereItStands) {
-  const Sight sight;
-  const auto places = internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base);
-  ASSERT_FALSE(places.empty());
-  EXPECT_LT(minus(places.front().value, sight.map_T_tag).norm(), 1e-6);
-  EXPECT_EQ(places.front().chi2, 0);
-  const auto bases = internal::vote_for_base(sight.detection, "cam", sight.lap, sight.map_T_tag);
-  ASSERT_FALSE(bases.empty());
-  EXPECT_LT(minus(bases.front().value, sight.map_T_base).norm(), 1e-6);
-}
-
-TEST(TagVotes, CornersThatAreNoSquareGiveNone) {
-  Sight sight;
-  sight.detection.corners_px[1] = sight.detection.corners_px[0];
-  sight.detection.corners_px[2] = sight.detection.corners_px[0];
-  EXPECT_TRUE(internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base).empty());
 }
 
 }  // namespace

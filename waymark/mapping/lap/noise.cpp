@@ -76,15 +76,15 @@ namespace waymark {
 namespace {
 
 /// Terms of the wheels that follow each other, from the first to before the last.
-struct Stretch {
+struct TermRun {
   std::size_t first = 0, last = 0;
 };
 
 /// Every term by itself, or as many together as last so long.
-std::vector<Stretch> stretches(const std::vector<OdometryTerm>& odometry, double least_s) {
-  std::vector<Stretch> result;
+std::vector<TermRun> term_runs(const std::vector<OdometryTerm>& odometry, double least_s) {
+  std::vector<TermRun> result;
   for (std::size_t i = 0; i < odometry.size();) {
-    Stretch stretch{i, i};
+    TermRun stretch{i, i};
     double lasts_s = 0;
     do {
       lasts_s += odometry[stretch.last++].factor.duration_s;
@@ -97,7 +97,7 @@ std::vector<Stretch> stretches(const std::vector<OdometryTerm>& odometry, double
 }
 
 /// What the wheels say of a stretch as one motion, once scaled; its noise if each part errs by itself.
-OdometryFactor joined(const Bundle& bundle, const Stretch& stretch) {
+OdometryFactor joined(const Bundle& bundle, const TermRun& stretch) {
   SE2 motion;
   Eigen::Vector3d variance = Eigen::Vector3d::Zero();
   for (std::size_t i = stretch.first; i < stretch.last; ++i) {
@@ -109,9 +109,9 @@ OdometryFactor joined(const Bundle& bundle, const Stretch& stretch) {
 }
 
 /// Mean squares of the whitened residuals as they are expected to be once the poses are known exactly.
-Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<Stretch>& stretches) {
+Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<TermRun>& stretches) {
   std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
-  for (const Stretch& s : stretches)
+  for (const TermRun& s : stretches)
     pairs.emplace_back(bundle.odometry[s.first].a, bundle.odometry[s.last - 1].b);
   const BundleCovariance P = covariance(bundle, pairs);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -137,8 +137,8 @@ OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const Bundl
   constexpr std::size_t kFewest = 30;
   OdometryNoise noise = OdometryNoise::Ones();
   if (lap.bundle.odometry.empty()) return noise;
-  const std::vector<Stretch> single = stretches(lap.bundle.odometry, 0);
-  const std::vector<Stretch> together = stretches(lap.bundle.odometry, kLong_s);
+  const std::vector<TermRun> single = term_runs(lap.bundle.odometry, 0);
+  const std::vector<TermRun> together = term_runs(lap.bundle.odometry, kLong_s);
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Vector3d squares = expected_squares(lap.bundle, single);
     if (together.size() >= kFewest) squares = squares.cwiseMax(expected_squares(lap.bundle, together));

@@ -3,7 +3,7 @@
 #include <chrono>
 
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/gazebo/gazebo_link.hpp"
 #include "waymark/robots/gazebo/profile.hpp"
 #include "waymark/robots/wire/robot_talk.hpp"

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/limo/limo_messages.hpp"
 #include "waymark/robots/process/robot_wire.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/recording/ros2/frame_tree.hpp"
 #include "waymark/robots/ros2/profile.hpp"
 #include "waymark/robots/wire/sample_lines.hpp"

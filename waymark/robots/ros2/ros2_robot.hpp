@@ -1,7 +1,7 @@
 #pragma once
 
 #include "waymark/base/fields.hpp"
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/process/robot_wire.hpp"
 #include "waymark/robots/ros2/profile.hpp"

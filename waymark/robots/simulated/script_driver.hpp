@@ -5,7 +5,7 @@
 #include <string>
 
 #include "waymark/robots/simulated/simulated_lap.hpp"
-#include "waymark/runtime/lap_driver.hpp"
+#include "waymark/runtime/operator_input.hpp"
 
 namespace waymark {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/config/robot_file.hpp"
+#include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/process/drop_words.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
 #include "waymark/robots/process/stamp_gate.hpp"

@@ -37,21 +37,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The file or folder that a URI (model://, file://, or a path) means, looked for in the folders one after
-/// the other; empty where it is in none.
-fs::path resolve_uri(const std::string& uri, const std::vector<fs::path>& folders) {
-  std::string_view name = uri;
-  for (const std::string_view scheme : {"model://", "file://", "package://"})
-    if (name.starts_with(scheme)) name.remove_prefix(scheme.size());
-  const fs::path wanted(name);
-  std::error_code ignored;
-  if (name.empty()) return {};
-  if (wanted.is_absolute()) return fs::exists(wanted, ignored) ? wanted : fs::path();
-  for (const fs::path& folder : folders)
-    if (fs::path found = folder / wanted; fs::exists(found, ignored)) return found;
-  return {};
-}
-
 SE3 se3(const ignition::math::Pose3d& pose) {
   const auto& q = pose.Rot();
   return {SO3::from_quaternion(Eigen::Quaterniond(q.W(), q.X(), q.Y(), q.Z()).normalized()),
@@ -193,6 +178,19 @@ tl::unexpected<Error> no_scene(const sdf::Errors& problems, const fs::path& file
 }
 
 }  // namespace
+
+fs::path resolve_uri(const std::string& uri, const std::vector<fs::path>& folders) {
+  std::string_view name = uri;
+  for (const std::string_view scheme : {"model://", "file://", "package://"})
+    if (name.starts_with(scheme)) name.remove_prefix(scheme.size());
+  const fs::path wanted(name);
+  std::error_code ignored;
+  if (name.empty()) return {};
+  if (wanted.is_absolute()) return fs::exists(wanted, ignored) ? wanted : fs::path();
+  for (const fs::path& folder : folders)
+    if (fs::path found = folder / wanted; fs::exists(found, ignored)) return found;
+  return {};
+}
 
 Result<SdfScene> parse_sdf(const fs::path& file, const std::vector<fs::path>& folders) {
   if (Status xml = check_xml(file); !xml) return tl::unexpected(xml.error());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "waymark/base/error.hpp"
@@ -11,5 +12,10 @@ namespace waymark {
 /// As read_sdf(), with the folders in which names are looked for.
 [[nodiscard]] Result<SdfScene> parse_sdf(const std::filesystem::path& file,
                                          const std::vector<std::filesystem::path>& folders);
+
+/// The file or folder that a URI (model://, file://, or a path) means, looked for in the folders one after
+/// the other; empty where it is in none.
+[[nodiscard]] std::filesystem::path resolve_uri(const std::string& uri,
+                                                const std::vector<std::filesystem::path>& folders);
 
 }  // namespace waymark

@@ -1,4 +1,3 @@
-// What images the detector takes, and that the same pixels give the same answer however they come.
 #include "waymark/tags/apriltag3/apriltag_detector.hpp"
 
 #include <array>
@@ -122,15 +121,11 @@ TEST(AprilTagDetector, MarginsBelowTheLeastAreLeftOut) {
   EXPECT_EQ(found[0].tag.number, 1);
 }
 
+// What images the detector takes, and that the same pixels give the same answer however they come.
+
 using testing::add_noise;
-using testing::detector_with;
-using testing::max_corner_error_px;
-using testing::options_for;
-using testing::paint_tag;
 using testing::same;
-using testing::square_corners;
 using testing::tag_scene;
-using testing::TagCorners;
 
 /// Every option that changes how much of a small image the library reads.
 std::vector<DetectorOptions> shapes() {

@@ -1,4 +1,3 @@
-// From the levels of a tag's cells to its code.
 #include "waymark/tags/detector/tag_reader.hpp"
 
 #include <algorithm>
@@ -431,6 +430,8 @@ std::optional<TagDetection> TagReader::read_covered(const ImageView& image, cons
   if (!found) found = decode_beside(quad, family, covered);
   return found;
 }
+
+// From the levels of a tag's cells to its code.
 
 namespace {
 

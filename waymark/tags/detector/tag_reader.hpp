@@ -142,7 +142,7 @@ struct ReadableFamily {
   std::array<std::vector<std::uint16_t>, 4> cells;
   CodeIndex codes;
   /// Numbers that a map says may be here: these are read with up to four wrong bits where the levels of the
-  /// cells are evidence enough (soft_bits.hpp).
+  /// cells are evidence enough (evidence_bits()).
   std::vector<int> known{};
 
   ReadableFamily(const Family& family, int max_hamming);

@@ -1,5 +1,3 @@
-// How much the levels of a tag's cells say for a code, and known tags that are read by it.
-// Tags whose bits one threshold does not tell: in a hard shadow, or under a bar.
 #include "waymark/tags/detector/tag_reader.hpp"
 
 #include <algorithm>
@@ -147,6 +145,8 @@ TEST(ShadowEdge, ThereIsNoneWhereBlackIsAsWhite) {
 namespace waymark {
 namespace {
 
+// How much the levels of a tag's cells say for a code, and known tags that are read by it.
+
 constexpr std::uint64_t kSeed = 20261128;
 using search::evidence_bits;
 using testing::paint_cells;
@@ -246,10 +246,10 @@ TEST(KnownTags, NumbersThatTheFamilyDoesNotHaveCountAsNone) {
   EXPECT_TRUE(make_waymark_detector(knowing({-1, 587, 1'000'000})));
 }
 
+// Tags whose bits one threshold does not tell: in a hard shadow, or under a bar.
+
 using testing::add_noise;
 using testing::max_corner_error_px;
-using testing::paint_tag;
-using testing::square_corners;
 using testing::TagCorners;
 
 std::unique_ptr<Detector> uncorrected() {

@@ -10,7 +10,7 @@
 namespace waymark::refinement {
 
 /// The corners of a tag from the bits inside its border alone, for tags whose border cannot be believed: it
-/// is covered, glossy, or its white margin is too narrow. The same model as inner_correction.hpp, with the
+/// is covered, glossy, or its white margin is too narrow. The same model as inner_bits.hpp, with the
 /// place of the pattern free (eight numbers, as a homography has), from the detector's corners on. Nothing
 /// where too few bits are seen or the family has fewer than four rows of them inside its border, the fit does
 /// not settle, or a corner would move by more than max_shift_px and 0.4 cells. O(pixels), at most some

@@ -273,10 +273,7 @@ TEST(Refinement, SurvivesOverexposedPaperAndSunkenInk) {
   EXPECT_LT(sum / trials, 8 * 1.6);
 }
 
-using testing::detection_at;
-using testing::Print;
-using testing::render;
-using testing::worst_error;
+// What keeps the detector's corners.
 
 void expect_kept(const RefinedCorners& result, const TagDetection& given, RefinementOutcome why) {
   EXPECT_EQ(result.outcome, why) << to_string(result.outcome);

@@ -464,14 +464,14 @@ InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double no
                    double outwards) {
   constexpr int kMaxIterations = 3;
   constexpr int kMoreIterations = 8;  // of a growth that is large: an overexposed print
-  constexpr double kLargeGrowth = 0.3;
+  constexpr double kSlowGrowth = 0.3;
   constexpr double kMostGrowth = 2.5;
   constexpr double kSettledBlurs = 0.02;
   constexpr double kQuantisation = 1.0 / 12.0;
   constexpr double kPriorPixels = 20;
   InnerFit fit{{prior.mean, InnerMatrix::Zero()}, noise_variance, {}, prior.mean};
   InnerVector& x = fit.belief.mean;
-  for (int i = 0; i < (std::abs(x[kGrowth]) > kLargeGrowth ? kMoreIterations : kMaxIterations); ++i) {
+  for (int i = 0; i < (std::abs(x[kGrowth]) > kSlowGrowth ? kMoreIterations : kMaxIterations); ++i) {
     fit.at = x;
     fit.sums = sum_up<Unknowns>(pixels, x, outwards, i == 0 ? 1e6 : 3 * std::sqrt(fit.variance));
     fit.variance = std::max(kQuantisation, (fit.sums.cost + kPriorPixels * noise_variance) /
@@ -527,7 +527,6 @@ EdgesByInner edges_by_growth(const InnerVector& x, double outwards) {
 
 namespace {
 
-constexpr std::array kSlopes = {kBlackS, kBlackT, kWhiteS, kWhiteT};
 
 /// Levels and blur are nearly those at the border; the pattern lies where the border says.
 InnerPrior prior_of(const TagEstimate& estimate, bool reversed) {

@@ -89,7 +89,7 @@ extern template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const Inner
 /// Standard deviation of the blur [px], mean of both axes.
 [[nodiscard]] double mean_blur_px(const InnerVector& x);
 
-/// Light that grows along an edge looks like an edge that turns (corner_covariance.cpp): outward displacement
+/// Light that grows along an edge looks like an edge that turns (tag_fit.cpp): outward displacement
 /// of its end [px] for each grey level that the middle between black and white gains there.
 [[nodiscard]] double px_per_level(const InnerVector& x, double outwards);
 

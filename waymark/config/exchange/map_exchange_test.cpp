@@ -1,0 +1,97 @@
+#include "waymark/config/exchange/map_exchange.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/samples/mounted_camera.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr TagId kFirst{FamilyId::Tag36h11, 3};
+constexpr TagId kSecond{FamilyId::Tag36h11, 7};
+
+/// Upright tags, as all forms can say them.
+MapFile some_map() {
+  MapFile map{.anchor = kFirst, .provenance = {{"method", "bundle"}}};
+  map.tags.tags[kFirst] = {SE3(SO3::from_rpy(0, 0, 0.7) * body_R_optical(), {1, 2, 0.3}), 0.16};
+  map.tags.tags[kSecond] = {SE3(SO3::from_rpy(0, 0, -2) * body_R_optical(), {-1, 0.5, 0.8}), 0.16,
+                            Eigen::Matrix<double, 6, 6>(1e-4 * Eigen::Matrix<double, 6, 6>::Identity())};
+  return map;
+}
+
+void expect_same_places(const MapFile& a, const MapFile& b) {
+  ASSERT_EQ(a.tags.tags.size(), b.tags.tags.size());
+  for (const auto& [id, tag] : a.tags.tags) {
+    ASSERT_NE(b.tags.find(id), nullptr);
+    EXPECT_LT((tag.map_T_tag.inverse() * b.tags.find(id)->map_T_tag).log().norm(), 1e-9) << to_string(id);
+    EXPECT_DOUBLE_EQ(tag.size_m, b.tags.find(id)->size_m);
+  }
+}
+
+TEST(MapExchange, EveryFormReadsBackAsTheSamePlaces) {
+  const MapFile map = some_map();
+  for (const std::string& name : map_form_names()) {
+    std::vector<std::string> warnings;
+    const auto text = to_text(map, map_form(name).value(), warnings);
+    ASSERT_TRUE(text) << name;
+    const auto read = parse_any_map(*text, "some.yaml", 0.16);
+    ASSERT_TRUE(read) << name << ": " << to_string(read.error());
+    EXPECT_EQ(read->form, map_form(name).value());
+    expect_same_places(map, read->map);
+  }
+}
+
+TEST(MapExchange, TagslamKeepsTheDeviations) {
+  std::vector<std::string> warnings;
+  const auto read = parse_any_map(*to_text(some_map(), MapForm::Tagslam, warnings), "poses.yaml");
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(warnings.empty());
+  EXPECT_FALSE(read->map.tags.find(kFirst)->covariance);
+  ASSERT_TRUE(read->map.tags.find(kSecond)->covariance);
+  EXPECT_GT(read->map.tags.find(kSecond)->covariance->trace(), 1e-4);
+}
+
+TEST(MapExchange, SaysWhatAFormCannot) {
+  MapFile map = some_map();
+  map.tags.tags[kFirst].map_T_tag = SE3(SO3::from_rpy(0, 0.5, 0) * body_R_optical(), {1, 2, 0.3});
+  std::vector<std::string> warnings;
+  ASSERT_TRUE(to_text(map, MapForm::Academy, warnings));
+  EXPECT_THAT(warnings, ::testing::UnorderedElementsAre(HasSubstr("how certain"), HasSubstr("how large"),
+                                                        HasSubstr("tag36h11:3 does not hang upright")));
+  map.tags.tags[{FamilyId::Tag25h9, 3}] = map.tags.tags[kFirst];
+  EXPECT_FALSE(to_text(map, MapForm::Academy, warnings));
+  EXPECT_FALSE(to_text({}, MapForm::Transforms, warnings));
+  EXPECT_FALSE(map_form("tagslm"));
+}
+
+std::string error_of(std::string_view text, std::optional<double> size = {}) {
+  const auto read = parse_any_map(text, "f.yaml", size);
+  return read ? std::string() : to_string(read.error());
+}
+
+TEST(MapExchange, SaysWhatIsWrongAndWhere) {
+  constexpr const char* kTransform =
+      "transforms:\n  - child_frame_id: tag36h11:1\n    transform:\n      translation: {x: 1, y: 2, z: 3}\n"
+      "      rotation: {x: 0, y: 0, z: 0, w: 0}\n";
+  EXPECT_THAT(error_of(kTransform), HasSubstr("--tag-size-m"));
+  EXPECT_THAT(error_of(kTransform, 0.16), HasSubstr("f.yaml:5"));
+  EXPECT_THAT(error_of("transforms:\n  - child_frame_id: base_link\n", 0.16),
+              HasSubstr("no tag with a pose"));
+  EXPECT_THAT(
+      error_of("bodies:\n - lab:\n     tags:\n       - id: 1\n         pose:\n           position: {x: 0}\n"),
+      HasSubstr("f.yaml:6"));
+  EXPECT_THAT(
+      error_of("bodies:\n - lab:\n     tags:\n       - id: 1\n         pose: {position: {x: 0, y: 0, z: 0}, "
+               "rotation: {x: 0, y: 0, z: 0}}\n"),
+      HasSubstr("size"));
+  EXPECT_THAT(error_of("bodies: 3\n"), HasSubstr("f.yaml"));
+  EXPECT_THAT(error_of("id,x,y\n1,0,0\n"), HasSubstr("points"));
+  EXPECT_THAT(error_of("nothing: 1\n"), HasSubstr("f.yaml"));
+  EXPECT_THAT(error_of("", -1.0), HasSubstr("--tag-size-m"));
+}
+
+}  // namespace
+}  // namespace waymark
