@@ -1,30 +1,410 @@
 #include "waymark/server/http_server.hpp"
 
 #ifdef WAYMARK_HAVE_BEAST
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string_view>
 #include <utility>
 
-#include <fmt/format.h>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core/error.hpp>
-
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
 #include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/error.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/field.hpp>
+#include <boost/beast/http/message.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include "waymark/server/access.hpp"
 #include "waymark/server/background_thread.hpp"
-#include "waymark/server/http_connection.hpp"
-#include "waymark/server/own_addresses.hpp"
+#include "waymark/server/live_hub.hpp"
+#include "waymark/server/seats.hpp"
 
 namespace waymark {
 namespace {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
+namespace http = boost::beast::http;
+namespace websocket = boost::beast::websocket;
 using asio::ip::tcp;
+
+using Request = http::request<http::empty_body>;
+
+constexpr std::size_t kMostMessageBytes = 64 * 1024;
+/// A viewer that answers no ping for so long has gone, cable and all.
+constexpr std::chrono::seconds kIdle{4};
+
+}  // namespace
+
+// The WebSockets of the viewers of a running robot (RFC 6455, by Boost.Beast). One thread.
+
+class LiveSocket;
+
+/// All sockets and the hub they talk to.
+class LiveSockets {
+ public:
+  /// `now`: the host's clock, as in the feed.
+  LiveSockets(LiveFeed& feed, std::string robot_name, std::function<Duration()> now);
+  ~LiveSockets();
+  LiveSockets(const LiveSockets&) = delete;
+  LiveSockets& operator=(const LiveSockets&) = delete;
+
+  /// Answers an upgrade that has been let in, and holds its seat while it is connected. What it returns hangs
+  /// up on it.
+  std::function<void()> accept(boost::beast::tcp_stream stream,
+                               const boost::beast::http::request<boost::beast::http::empty_body>& request,
+                               bool may_command, std::shared_ptr<void> seat);
+  /// Passes on what the robot said.
+  void tick();
+
+ private:
+  friend class LiveSocket;
+  void flush();
+
+  LiveHub hub_;
+  std::function<Duration()> now_;
+  std::map<LiveHub::Id, std::weak_ptr<LiveSocket>> sockets_{};
+};
+
+/// One viewer: reads and writes at the same time, one frame of each.
+class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
+ public:
+  LiveSocket(beast::tcp_stream stream, LiveSockets& all, std::shared_ptr<void> seat)
+      : stream_(std::move(stream)), all_(&all), seat_(std::move(seat)) {}
+  LiveSocket(const LiveSocket&) = delete;
+  LiveSocket& operator=(const LiveSocket&) = delete;
+  ~LiveSocket() = default;
+
+  void accept(Request request, bool may_command) {
+    const auto offered = request[http::field::sec_websocket_protocol];
+    const std::string protocol(choose_protocol({offered.data(), offered.size()}));
+    beast::get_lowest_layer(stream_).expires_never();
+    stream_.set_option(websocket::stream_base::timeout{std::chrono::seconds(5), kIdle, true});
+    stream_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& answer) {
+      if (!protocol.empty()) answer.set(http::field::sec_websocket_protocol, protocol);
+    }));
+    stream_.read_message_max(kMostMessageBytes);
+    stream_.auto_fragment(false);  // a picture is one frame: nothing is sent between its parts
+    request_ = std::move(request);
+    stream_.async_accept(request_,
+                         [self = shared_from_this(), protocol, may_command](beast::error_code error) {
+                           if (!error) self->begin(protocol, may_command);
+                         });
+  }
+
+  void write() {
+    if (writing_ || gone_) return;
+    if (all_->hub_.lost(id_)) return end();
+    auto frame = all_->hub_.next(id_);
+    if (!frame) return;
+    frame_ = std::move(*frame);
+    writing_ = true;
+    stream_.text(frame_.text);
+    const std::array<asio::const_buffer, 2> parts{
+        asio::buffer(frame_.head), frame_.body ? asio::buffer(*frame_.body) : asio::const_buffer()};
+    stream_.async_write(parts, [self = shared_from_this()](beast::error_code error, std::size_t) {
+      self->writing_ = false;
+      if (error) return self->end();
+      self->write();
+    });
+  }
+
+  /// The server is going.
+  void forget() { gone_ = true; }
+  /// What waits for the connection ends with an error, and ends it.
+  void hang_up() {
+    beast::error_code ignored;
+    beast::get_lowest_layer(stream_).socket().close(ignored);
+  }
+
+ private:
+  void begin(const std::string& protocol, bool may_command) {
+    const auto id = all_->hub_.join(protocol, may_command, all_->now_());
+    if (!id) {  // the house is full
+      return stream_.async_close(websocket::close_code::try_again_later,
+                                 [self = shared_from_this()](beast::error_code) {});
+    }
+    id_ = *id;
+    all_->sockets_[id_] = weak_from_this();
+    read();
+    write();
+  }
+
+  void read() {
+    stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
+      if (self->gone_) return;
+      if (error) return self->end();
+      self->receive();
+      self->read();
+    });
+  }
+
+  void receive() {
+    const auto data = buffer_.cdata();
+    if (stream_.got_text())
+      all_->hub_.hear_text(id_, {static_cast<const char*>(data.data()), data.size()}, all_->now_());
+    else
+      all_->hub_.hear_binary(id_, {static_cast<const std::uint8_t*>(data.data()), data.size()}, all_->now_());
+    buffer_.consume(buffer_.size());
+    all_->tick();
+  }
+
+  void end() {
+    if (std::exchange(gone_, true)) return;
+    all_->sockets_.erase(id_);
+    all_->hub_.leave(id_);
+    hang_up();
+  }
+
+  websocket::stream<beast::tcp_stream> stream_;
+  LiveSockets* all_;
+  std::shared_ptr<void> seat_;
+  Request request_;
+  beast::flat_buffer buffer_;
+  LiveHub::Id id_ = 0;
+  OutFrame frame_;  ///< on its way
+  bool writing_ = false;
+  bool gone_ = false;
+};
+
+LiveSockets::LiveSockets(LiveFeed& feed, std::string robot_name, std::function<Duration()> now)
+    : hub_(feed, std::move(robot_name)), now_(std::move(now)) {}
+
+LiveSockets::~LiveSockets() {
+  for (const auto& [id, weak] : sockets_) {
+    if (const auto socket = weak.lock()) socket->forget();
+  }
+}
+
+std::function<void()> LiveSockets::accept(beast::tcp_stream stream, const Request& request, bool may_command,
+                                          std::shared_ptr<void> seat) {
+  const auto socket = std::make_shared<LiveSocket>(std::move(stream), *this, std::move(seat));
+  socket->accept(request, may_command);
+  return [weak = std::weak_ptr(socket)] {
+    if (const auto live = weak.lock()) live->hang_up();
+  };
+}
+
+void LiveSockets::tick() {
+  hub_.tick(now_());
+  flush();
+}
+
+void LiveSockets::flush() {
+  std::vector<std::shared_ptr<LiveSocket>> all;  // write() may end one
+  for (const auto& [id, weak] : sockets_) {
+    if (auto socket = weak.lock()) all.push_back(std::move(socket));
+  }
+  for (const auto& socket : all) socket->write();
+}
+
+/// What all connections of a server share; outlives them.
+struct SharedByConnections {
+  OfferedThings offered{};
+  AccessPolicy policy{};
+  std::unique_ptr<LiveSockets> live{};
+  Seats seats{};
+  std::map<Seats::Id, std::function<void()>> hang_up{};  ///< on the connection that has this seat
+
+  void drop(Seats::Id id) {
+    if (const auto found = hang_up.find(id); found != hang_up.end()) std::function<void()>(found->second)();
+  }
+};
+
+namespace {
+
+constexpr std::uint32_t kMostHeaderBytes = 8192;
+constexpr std::chrono::seconds kPatience{30};
+/// The head of a first request comes in one piece, unless somebody wants to keep a seat taken.
+constexpr std::chrono::seconds kHeadPatience{5};
+constexpr std::size_t kPieceBytes = std::size_t{256} * 1024;
+
+std::string_view field(const http::request<http::empty_body>& request, http::field name) {
+  const auto value = request[name];
+  return {value.data(), value.size()};
+}
+
+/// A seat, given back when the connection that holds it, web socket or not, is gone.
+class HeldSeat {
+ public:
+  HeldSeat(std::shared_ptr<SharedByConnections> shared, Seats::Id id) : shared_(std::move(shared)), id_(id) {}
+  HeldSeat(const HeldSeat&) = delete;
+  HeldSeat& operator=(const HeldSeat&) = delete;
+  ~HeldSeat() {
+    shared_->hang_up.erase(id_);
+    shared_->seats.leave(id_);
+  }
+  [[nodiscard]] Seats::Id id() const { return id_; }
+
+ private:
+  std::shared_ptr<SharedByConnections> shared_;
+  Seats::Id id_;
+};
+
+/// One connection: requests are read and answered in turn. A file goes out piece by piece, the next one when
+/// the client has taken the last, so that a slow client costs one piece of memory.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared, Seats::Id seat)
+      : stream_(std::move(socket)),
+        shared_(std::move(shared)),
+        seat_(std::make_shared<HeldSeat>(shared_, seat)) {
+    beast::error_code ignored;
+    stream_.socket().set_option(tcp::no_delay(true), ignored);
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() = default;
+
+  void begin() {
+    shared_->hang_up[seat_->id()] = [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->stream_.close();
+    };
+    read(kHeadPatience);
+  }
+
+ private:
+  void read(std::chrono::seconds patience) {
+    parser_.emplace();
+    parser_->header_limit(kMostHeaderBytes);
+    parser_->body_limit(0);
+    stream_.expires_after(patience);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](beast::error_code error, std::size_t) {
+                       if (!error) self->answer();
+                       // what is no request, or too long, ends the connection
+                     });
+  }
+
+  [[nodiscard]] AccessRights rights(const http::request<http::empty_body>& request) const {
+    const auto target = request.target();
+    return rights_of({.host = field(request, http::field::host),
+                      .origin = field(request, http::field::origin),
+                      .target = {target.data(), target.size()},
+                      .cookie = field(request, http::field::cookie)},
+                     shared_->policy);
+  }
+
+  void answer() {
+    const auto& request = parser_->get();
+    const AccessRights may = rights(request);
+    if (const auto dropped = shared_->seats.request_received(seat_->id(), may.token)) shared_->drop(*dropped);
+    if (!stream_.socket().is_open()) return;
+    if (shared_->live && beast::websocket::is_upgrade(request) && upgrade(request, may)) return;
+    const auto method = request.method_string();
+    const auto target = request.target();
+    reply_ = reply_to(
+        {.method = {method.data(), method.size()},
+         .target = {target.data(), target.size()},
+         .host = field(request, http::field::host),
+         .origin = field(request, http::field::origin),
+         .cookie = field(request, http::field::cookie),
+         .range = field(request, http::field::range),
+         .accepts_gzip = field(request, http::field::accept_encoding).find("gzip") != std::string_view::npos},
+        shared_->offered, shared_->policy);
+    head_ = {};
+    head_.result(static_cast<unsigned>(reply_.status));
+    head_.version(request.version());
+    for (const auto& [name, value] : reply_.headers) head_.set(name, value);
+    head_.content_length(reply_.length());
+    keep_alive_ = request.keep_alive();
+    head_.keep_alive(keep_alive_);
+    body_wanted_ = request.method() != http::verb::head;
+    writer_.emplace(head_);
+    stream_.expires_after(kPatience);
+    http::async_write_header(stream_, *writer_,
+                             [self = shared_from_this()](beast::error_code error, std::size_t) {
+                               if (!error) self->write_body();
+                             });
+  }
+
+  /// False: it is not let in, and gets an answer like any other request.
+  bool upgrade(const http::request<http::empty_body>& request, const AccessRights& rights) {
+    if (rights.refusal != AccessRights::Refusal::None) return false;
+    shared_->hang_up[seat_->id()] = shared_->live->accept(std::move(stream_), request, rights.token, seat_);
+    return true;
+  }
+
+  void write_body() {
+    if (!body_wanted_ || reply_.length() == 0) return next();
+    if (const auto* part = std::get_if<FilePart>(&reply_.body)) {
+      file_ = std::ifstream(part->path, std::ios::binary);
+      file_.seekg(static_cast<std::streamoff>(part->first));
+      left_ = part->length;
+      return write_piece();
+    }
+    const auto* text = std::get_if<std::string>(&reply_.body);
+    const std::string_view view = text != nullptr ? *text : std::get<std::string_view>(reply_.body);
+    asio::async_write(stream_, asio::buffer(view.data(), view.size()),
+                      [self = shared_from_this()](beast::error_code error, std::size_t) {
+                        if (!error) self->next();
+                      });
+  }
+
+  void write_piece() {
+    if (left_ == 0) return next();
+    piece_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left_, kPieceBytes)));
+    file_.read(piece_.data(), static_cast<std::streamsize>(piece_.size()));
+    if (file_.gcount() != static_cast<std::streamsize>(piece_.size()))
+      return;  // shorter than it was: hang up
+    left_ -= piece_.size();
+    stream_.expires_after(kPatience);
+    asio::async_write(stream_, asio::buffer(piece_),
+                      [self = shared_from_this()](beast::error_code error, std::size_t) {
+                        if (!error) self->write_piece();
+                      });
+  }
+
+  void next() {
+    if (keep_alive_) return read(kPatience);
+    beast::error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  HttpReply reply_;
+  http::response<http::empty_body> head_;
+  std::optional<http::response_serializer<http::empty_body>> writer_;
+  std::ifstream file_;
+  std::vector<char> piece_;
+  std::uint64_t left_ = 0;
+  bool keep_alive_ = false;
+  bool body_wanted_ = true;
+  std::shared_ptr<SharedByConnections> shared_;
+  std::shared_ptr<HeldSeat> seat_;
+};
+
+/// Reads requests of one client and answers them in turn, until one of the two hangs up. Closed at once when
+/// there is no seat for it.
+void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared) {
+  const auto admission = shared->seats.admit();
+  if (!admission) return;
+  if (admission->dropped) shared->drop(*admission->dropped);
+  std::make_shared<Connection>(std::move(socket), std::move(shared), admission->id)->begin();
+}
 
 /// Descriptors that are left to the recording, the robot's pipes and whatever else this process opens.
 constexpr std::uint64_t kKeptDescriptors = 64;
@@ -36,6 +416,32 @@ std::size_t allowed_connections() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return Seats::kMost;
   return seats_for(limit.rlim_cur, kKeptDescriptors);
+}
+
+/// The addresses at which other machines may find this one, as they stand in a URL ("192.168.1.7",
+/// "[fd00::7]"): but for loopback and what is valid on one cable only.
+std::vector<std::string> own_addresses(bool with_ipv6) {
+  std::vector<std::string> all;
+  ifaddrs* first = nullptr;
+  if (::getifaddrs(&first) != 0) return all;
+  for (const ifaddrs* at = first; at != nullptr; at = at->ifa_next) {
+    if (at->ifa_addr == nullptr) continue;
+    std::array<char, INET6_ADDRSTRLEN> text{};
+    if (at->ifa_addr->sa_family == AF_INET) {
+      const auto* v4 = reinterpret_cast<const sockaddr_in*>(at->ifa_addr);
+      constexpr std::uint32_t kLoopback = 127;
+      if (ntohl(v4->sin_addr.s_addr) >> 24U == kLoopback) continue;
+      if (::inet_ntop(AF_INET, &v4->sin_addr, text.data(), text.size()) != nullptr)
+        all.emplace_back(text.data());
+    } else if (with_ipv6 && at->ifa_addr->sa_family == AF_INET6) {
+      const auto* v6 = reinterpret_cast<const sockaddr_in6*>(at->ifa_addr);
+      if (IN6_IS_ADDR_LINKLOCAL(&v6->sin6_addr) || IN6_IS_ADDR_LOOPBACK(&v6->sin6_addr)) continue;
+      if (::inet_ntop(AF_INET6, &v6->sin6_addr, text.data(), text.size()) != nullptr)
+        all.push_back(fmt::format("[{}]", text.data()));
+    }
+  }
+  ::freeifaddrs(first);
+  return all;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "waymark/server/client_message.hpp"
+#include "waymark/server/live_protocol.hpp"
 
 #include <string>
 
