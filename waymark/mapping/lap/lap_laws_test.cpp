@@ -1,8 +1,6 @@
 // What must hold for the map of any lap, on a ring: the anchor, the unit of length, the clock and the
 // direction of turns do not matter, covariances are such, and a search ends wherever it is asked to.
 #include <algorithm>
-#include <cmath>
-#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
