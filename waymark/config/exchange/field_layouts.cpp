@@ -140,7 +140,6 @@ Result<std::string> to_fmap(const TagMap& map, const std::optional<FieldSize>& f
 
 namespace {
 
-constexpr YamlLimits kLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
 constexpr double kInch_m = 0.0254;
 constexpr int kCodes = 587;  // of tag36h11
 

@@ -17,18 +17,7 @@
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
-/// For the .cpp files of map_exchange only.
-namespace waymark::internal {
-
-/// Tags of the bodies that stand still at a known pose.
-[[nodiscard]] Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> tag_size_m);
-/// Transforms whose child frame is named after a tag ("tag36h11:7").
-[[nodiscard]] Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> tag_size_m);
-
-}  // namespace waymark::internal
-
 namespace waymark {
-namespace internal {
 namespace {
 
 constexpr YamlLimits kLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
@@ -120,8 +109,7 @@ Status read_body(const YamlCursor& body, std::optional<double> tag_size_m, ReadM
   return {};
 }
 
-}  // namespace
-
+/// Tags of the bodies that stand still at a known pose.
 Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> tag_size_m) {
   ReadMap map{.form = MapForm::Tagslam};
   const Result<YamlCursor> bodies = root.at("bodies");
@@ -144,6 +132,7 @@ Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> t
   return map;
 }
 
+/// Transforms whose child frame is named after a tag ("tag36h11:7").
 Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> tag_size_m) {
   ReadMap map{.form = MapForm::Transforms};
   if (!tag_size_m)
@@ -178,10 +167,6 @@ Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> ta
   return map;
 }
 
-}  // namespace internal
-
-namespace {
-
 Result<ReadMap> read_known(std::string_view text, const std::string& source,
                            std::optional<double> tag_size_m) {
   if (text.find("waymark-map") != std::string_view::npos) {
@@ -204,11 +189,11 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
     if (!field) return tl::unexpected(field.error());
     return ReadMap{.map = {.tags = std::move(*field)}, .form = MapForm::Fmap, .field = field_size_of(text)};
   }
-  const Result<YamlNode> tree = parse_yaml(text, source, internal::kLimits);
+  const Result<YamlNode> tree = parse_yaml(text, source, kLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  if (root.is_map() && root.find("bodies")) return internal::read_tagslam_map(root, tag_size_m);
-  if (root.is_map() && root.find("transforms")) return internal::read_transforms(root, tag_size_m);
+  if (root.is_map() && root.find("bodies")) return read_tagslam_map(root, tag_size_m);
+  if (root.is_map() && root.find("transforms")) return read_transforms(root, tag_size_m);
   const Result<LandmarksFile> other = parse_landmarks(text, source, tag_size_m);
   if (!other) return tl::unexpected(other.error());
   if (other->tags.tags.empty())
@@ -233,7 +218,7 @@ Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
 
 Result<ReadMap> read_any_map(const std::filesystem::path& path, std::optional<double> tag_size_m) {
   const std::filesystem::path file = map_file_of(path);
-  const Result<std::string> text = read_text_file(file, internal::kLimits.bytes);
+  const Result<std::string> text = read_text_file(file, kLimits.bytes);
   if (!text) return tl::unexpected(text.error());
   return parse_any_map(*text, file.string(), tag_size_m);
 }

@@ -15,8 +15,8 @@
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/mapping/scene/tag_scene.hpp"
 
-/// What tagslam.yaml and config.json share. For the .cpp files of tagslam_folder only.
-namespace waymark::internal {
+namespace waymark {
+namespace {
 
 /// Keeps the first error of many reads.
 class TagslamReader {
@@ -53,27 +53,6 @@ class TagslamReader {
   Status status_{};
 };
 
-/// A prior on TagSLAM's tag frame (y up, z to the reader) as one on ours.
-[[nodiscard]] ScenePrior of_our_tag(const ScenePrior& theirs);
-/// A corner by TagSLAM's number (BL, BR, TR, TL) in ours.
-[[nodiscard]] int our_corner(int theirs);
-/// The camera of an entry with its names of keys.
-struct TagslamCameraKeys {
-  std::string_view intrinsics, resolution, distortion, model, topic;
-};
-[[nodiscard]] Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string name,
-                                                       const TagslamCameraKeys& keys, const TagScene& scene);
-/// What odometry keys say of a body; they are the same in both files but for T_body_odom.
-void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBody& into);
-/// `tag_id_remap` and `squash`, the same in both files.
-void read_tagslam_times(const YamlCursor& root, TagslamReader& read, TagScene& scene);
-
-[[nodiscard]] Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& cameras,
-                                                 const std::optional<YamlCursor>& camera_poses);
-[[nodiscard]] Result<TagScene> read_tagslam_json(const YamlCursor& config);
-
-namespace {
-
 constexpr std::int64_t kLargest = 1'000'000'000;
 
 template <class Visit>
@@ -99,8 +78,6 @@ std::optional<std::int64_t> nanoseconds_of(std::string_view text) {
 }
 
 SE3 half_turn() { return SE3(SO3::exp(Eigen::Vector3d(std::numbers::pi, 0, 0)), Eigen::Vector3d::Zero()); }
-
-}  // namespace
 
 double TagslamReader::number(const YamlCursor& at, std::string_view key, double fallback) {
   return at.find(key) ? keep(at.read_at(key, &YamlCursor::number), fallback) : fallback;
@@ -177,12 +154,20 @@ ScenePrior TagslamReader::prior(const YamlCursor& at, const SE3& mean, const Eig
   return ScenePrior::of(mean, sigma_m, sigma_rad);
 }
 
+/// A prior on TagSLAM's tag frame (y up, z to the reader) as one on ours.
 ScenePrior of_our_tag(const ScenePrior& theirs) {
   return {theirs.mean * half_turn(), theirs.sqrt_information * half_turn().adjoint()};
 }
 
+/// A corner by TagSLAM's number (BL, BR, TR, TL) in ours.
 int our_corner(int theirs) { return theirs < 0 ? theirs : 3 - theirs; }
 
+/// Names of the keys of a camera.
+struct TagslamCameraKeys {
+  std::string_view intrinsics, resolution, distortion, model, topic;
+};
+
+/// The camera of an entry with its names of keys.
 Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string name,
                                          const TagslamCameraKeys& keys, const TagScene& scene) {
   TagslamReader read;
@@ -202,8 +187,8 @@ Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string na
   const double wiggle_rad = read.number(entry, "wiggle_rotation", 0);
   if (!read.status()) return tl::unexpected(read.status().error());
   const auto camera =
-      make_camera(*model, {f[0], f[1], f[2], f[3]}, k, static_cast<std::int64_t>(size[0]),
-                  static_cast<std::int64_t>(size[1]), {*intrinsics, *resolution, *distortion});
+      internal::make_camera(*model, {f[0], f[1], f[2], f[3]}, k, static_cast<std::int64_t>(size[0]),
+                            static_cast<std::int64_t>(size[1]), {*intrinsics, *resolution, *distortion});
   if (!camera) return tl::unexpected(camera.error());
   const auto on = scene.body_named(body);
   if (!on) {
@@ -218,6 +203,7 @@ Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string na
                       .wiggle_rad = wiggle_rad};
 }
 
+/// What odometry keys say of a body; they are the same in both files but for T_body_odom.
 void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBody& into) {
   into.odometry_frame = read.text(body, "odom_frame_id", "");
   SceneMotionNoise& noise = into.odometry;
@@ -242,6 +228,7 @@ void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBod
     into.stays_put = SceneMotionNoise{.sigma_m = stays_m, .sigma_rad = stays_rad};
 }
 
+/// `tag_id_remap` and `squash`, the same in both files.
 void read_tagslam_times(const YamlCursor& root, TagslamReader& read, TagScene& scene) {
   each(root, "tag_id_remap", [&](const YamlCursor& entry) {
     each(entry, "remaps", [&](const YamlCursor& at) {
@@ -256,8 +243,6 @@ void read_tagslam_times(const YamlCursor& root, TagslamReader& read, TagScene& s
     scene.squash.push_back(std::move(squash));
   });
 }
-
-namespace {
 
 struct Defaults {
   double sigma_m = 0.05, sigma_rad = 0.01;
@@ -373,8 +358,6 @@ void read_measurements(const YamlCursor& root, TagslamReader& read, TagScene& sc
   });
 }
 
-}  // namespace
-
 Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& cameras,
                                    const std::optional<YamlCursor>& camera_poses) {
   TagslamReader read;
@@ -410,8 +393,6 @@ Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& 
   if (!read.status()) return tl::unexpected(read.status().error());
   return scene;
 }
-
-namespace {
 
 /// {t, rotvec} with {sigma_t, sigma_r} or {sqrtinfo_R_rot_then_trans}.
 SE3 read_transform(const YamlCursor& at, TagslamReader& read) {
@@ -470,8 +451,6 @@ void read_lists(const YamlCursor& config, TagslamReader& read, TagScene& scene) 
   });
 }
 
-}  // namespace
-
 Result<TagScene> read_tagslam_json(const YamlCursor& config) {
   TagslamReader read;
   TagScene scene{.max_hamming = read.integer(config, "max_hamming_distance", 100)};
@@ -498,11 +477,6 @@ Result<TagScene> read_tagslam_json(const YamlCursor& config) {
   if (!read.status()) return tl::unexpected(read.status().error());
   return scene;
 }
-
-}  // namespace waymark::internal
-
-namespace waymark {
-namespace {
 
 constexpr std::size_t kMaxTagslamBytes = std::size_t{1} << 22U;
 constexpr int kTag36h11Codes = 587;
@@ -531,7 +505,7 @@ Result<TagScene> read_tagslam_files(const std::filesystem::path& folder) {
       std::filesystem::exists(folder / "config.json", error)) {
     const Result<YamlNode> config = parse_tagslam_file(folder / "config.json");
     if (!config) return tl::unexpected(config.error());
-    return internal::read_tagslam_json(YamlCursor(*config, (folder / "config.json").string()));
+    return read_tagslam_json(YamlCursor(*config, (folder / "config.json").string()));
   }
   const Result<YamlNode> tagslam = parse_tagslam_file(folder / "tagslam.yaml");
   if (!tagslam) return tl::unexpected(tagslam.error());
@@ -544,8 +518,8 @@ Result<TagScene> read_tagslam_files(const std::filesystem::path& folder) {
     if (!camera_poses) return tl::unexpected(camera_poses.error());
     poses.emplace(*camera_poses, (folder / "camera_poses.yaml").string());
   }
-  return internal::read_tagslam_yaml(YamlCursor(*tagslam, (folder / "tagslam.yaml").string()),
-                                     YamlCursor(*cameras, (folder / "cameras.yaml").string()), poses);
+  return read_tagslam_yaml(YamlCursor(*tagslam, (folder / "tagslam.yaml").string()),
+                           YamlCursor(*cameras, (folder / "cameras.yaml").string()), poses);
 }
 
 }  // namespace

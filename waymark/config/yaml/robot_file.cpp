@@ -17,15 +17,14 @@
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
-
 namespace {
 
-constexpr YamlLimits kLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
+constexpr YamlLimits kRobotLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
 
 }  // namespace
 
 Result<std::optional<MotionNoise>> parse_robot_motion(std::string_view text, const std::string& source) {
-  const Result<YamlNode> tree = parse_yaml(text, source, kLimits);
+  const Result<YamlNode> tree = parse_yaml(text, source, kRobotLimits);
   if (!tree) return tl::unexpected(tree.error());
   const auto motion = YamlCursor(*tree, source).find("motion");
   if (!motion) return std::optional<MotionNoise>();
@@ -40,14 +39,12 @@ Result<std::optional<MotionNoise>> parse_robot_motion(std::string_view text, con
 }
 
 Result<std::optional<MotionNoise>> read_robot_motion(const std::filesystem::path& path) {
-  const Result<std::string> text = read_text_file(path, kLimits.bytes);
+  const Result<std::string> text = read_text_file(path, kRobotLimits.bytes);
   if (!text) return tl::unexpected(text.error());
   return parse_robot_motion(*text, path.string());
 }
 
 namespace {
-
-constexpr YamlLimits kRobotLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
 
 constexpr double kMostMetres = 20;  ///< of hull, wheels and mounting
 
