@@ -3,8 +3,6 @@
 // without: 20 tags in a picture, or 37 of a high one.
 //
 // usage: warehouse_mapping [lap|aisles|ceiling|high-ceiling] [TAGS ...]      usual: lap 250 500 1000 2000
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -14,11 +12,13 @@
 #include <string>
 #include <vector>
 
+#include <sys/resource.h>
+
 #include "tests/support/tag_scenes.hpp"
 #include "tests/support/warehouse.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
-#include "waymark/mapping/scene/scene_checks.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
+#include "waymark/mapping/scene/scene_report.hpp"
 
 namespace {
 

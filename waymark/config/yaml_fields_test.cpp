@@ -154,24 +154,5 @@ RC_GTEST_PROP(YamlFieldsProperty, WhatIsWrittenReadsBackTheSame, ()) {
   RC_ASSERT(*back == options);
 }
 
-TEST(YamlWrite, NumbersStayNumbersInEveryReader) {
-  EXPECT_EQ(yaml_number(1), "1.0");
-  EXPECT_EQ(yaml_number(-0.0), "-0.0");
-  EXPECT_EQ(yaml_number(0.1), "0.1");
-  EXPECT_EQ(yaml_number(1e-5), "1.0e-05") << "PyYAML reads 1e-05 as a word";
-  EXPECT_EQ(yaml_number(1.25e300), "1.25e+300");
-  EXPECT_EQ(yaml_number(std::numeric_limits<double>::denorm_min()), "5.0e-324");
-}
-
-TEST(YamlWrite, WordsStayWords) {
-  EXPECT_EQ(yaml_text("tag36h11"), "tag36h11");
-  EXPECT_EQ(yaml_text("/camera/image_raw"), "/camera/image_raw");
-  EXPECT_EQ(yaml_text("true"), "\"true\"");
-  EXPECT_EQ(yaml_text("12"), "\"12\"");
-  EXPECT_EQ(yaml_text("a: b # c"), "\"a: b # c\"");
-  EXPECT_EQ(yaml_text("say \"\\\"\n"), "\"say \\\"\\\\\\\"\\x0a\"");
-  EXPECT_EQ(yaml_text(""), "\"\"");
-}
-
 }  // namespace
 }  // namespace waymark

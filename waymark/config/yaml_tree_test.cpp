@@ -1,13 +1,10 @@
 #include "waymark/config/yaml_tree.hpp"
 
-#include <filesystem>
+#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "tests/support/data.hpp"
-#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 namespace {
@@ -132,28 +129,23 @@ TEST(YamlCursor, ReadsNumbersAsYamlWritesThem) {
   }
 }
 
-TEST(TextFile, ComesBackAsWritten) {
-  const auto path = testing::fresh_folder("text") / "a.yaml";
-  const std::string text("a: 1\r\nb: \0\xff", 11);
-  ASSERT_TRUE(write_text_file(path, text));
-  ASSERT_TRUE(write_text_file(path, text)) << "replaces";
-  EXPECT_EQ(*read_file(path, 11), text);
-  EXPECT_EQ(to_string(read_text_file(path, 11).error()),
-            path.string() +
-                ": this is binary (it holds zero bytes), and no text. Give a text file here, in UTF-8.");
-  EXPECT_EQ(to_string(read_file(path, 10).error()),
-            path.string() + ": the file is longer than the 10 bytes allowed. Is this the right file?");
+TEST(YamlWrite, NumbersStayNumbersInEveryReader) {
+  EXPECT_EQ(yaml_number(1), "1.0");
+  EXPECT_EQ(yaml_number(-0.0), "-0.0");
+  EXPECT_EQ(yaml_number(0.1), "0.1");
+  EXPECT_EQ(yaml_number(1e-5), "1.0e-05") << "PyYAML reads 1e-05 as a word";
+  EXPECT_EQ(yaml_number(1.25e300), "1.25e+300");
+  EXPECT_EQ(yaml_number(std::numeric_limits<double>::denorm_min()), "5.0e-324");
 }
 
-TEST(TextFile, SaysWhatIsWrongWithAPath) {
-  const auto folder = testing::fresh_folder("text");
-  EXPECT_EQ(to_string(read_text_file(folder / "none", 10).error()),
-            (folder / "none").string() + ": there is no such file. Check the path.");
-  EXPECT_EQ(to_string(read_text_file(folder, 10).error()),
-            folder.string() + ": this is a folder. Give a file.");
-  EXPECT_EQ(write_text_file(folder / "no" / "where", "x").error().code, ErrorCode::Unwritable);
-  EXPECT_EQ(write_text_file(folder, "x").error().code, ErrorCode::Unwritable);
-  EXPECT_FALSE(std::filesystem::exists(folder.string() + ".tmp")) << "nothing is left behind";
+TEST(YamlWrite, WordsStayWords) {
+  EXPECT_EQ(yaml_text("tag36h11"), "tag36h11");
+  EXPECT_EQ(yaml_text("/camera/image_raw"), "/camera/image_raw");
+  EXPECT_EQ(yaml_text("true"), "\"true\"");
+  EXPECT_EQ(yaml_text("12"), "\"12\"");
+  EXPECT_EQ(yaml_text("a: b # c"), "\"a: b # c\"");
+  EXPECT_EQ(yaml_text("say \"\\\"\n"), "\"say \\\"\\\\\\\"\\x0a\"");
+  EXPECT_EQ(yaml_text(""), "\"\"");
 }
 
 }  // namespace

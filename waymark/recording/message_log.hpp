@@ -19,7 +19,7 @@
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/byte_io.hpp"
 #include "waymark/recording/compression.hpp"
-#include "waymark/recording/ros2/sample_decoder.hpp"
+#include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 /// One door to every recording we can read, whoever wrote it (docs/formats/importing.md). What is read is

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/recording/message_log.hpp"
-#include "waymark/recording/ros2/sample_decoder.hpp"
+#include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/trajectory.hpp"
 
 namespace waymark {

@@ -5,6 +5,7 @@
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/recording/ros2/messages.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
 
 namespace waymark {
 

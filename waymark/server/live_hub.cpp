@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "waymark/server/live_protocol.hpp"
-
 namespace waymark {
 
 bool Outbox::put(OutFrame frame) {

@@ -12,10 +12,11 @@
 #include "waymark/server/live_channels.hpp"
 #include "waymark/server/live_feed.hpp"
 
-/// What viewers say. Text is a JSON object with "op", as the Foxglove WebSocket protocol has it
-/// (foxglove/ws-protocol, docs/spec.md, "Messages sent by the client"), and a few of the page's own:
-/// take, release, alive, order, drive, camera (docs/formats/live.md).
 namespace waymark {
+
+// What viewers say. Text is a JSON object with "op", as the Foxglove WebSocket protocol has it
+// (foxglove/ws-protocol, docs/spec.md, "Messages sent by the client"), and a few of the page's own: take,
+// release, alive, order, drive, camera (docs/formats/live.md).
 
 struct ClientSubscribe {
   struct One {
@@ -70,11 +71,8 @@ inline constexpr std::string_view kOrderTopic = "/waymark/order";
 inline constexpr std::string_view kDriveTopic = "/cmd_vel";
 [[nodiscard]] Result<ViewerOrder> parse_published(std::string_view topic, std::string_view json);
 
-}  // namespace waymark
-
-/// What the server says to viewers, as text: the Foxglove WebSocket protocol (foxglove/ws-protocol,
-/// docs/spec.md, "Messages sent by the server") and what the page needs beside it (docs/formats/live.md).
-namespace waymark {
+// What the server says to viewers, as text: the Foxglove WebSocket protocol (foxglove/ws-protocol,
+// docs/spec.md, "Messages sent by the server") and what the page needs beside it (docs/formats/live.md).
 
 [[nodiscard]] std::string server_info(std::string_view name);
 [[nodiscard]] std::string advertisement(std::span<const LiveChannel> channels);

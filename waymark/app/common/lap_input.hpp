@@ -8,7 +8,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/recorded_lap.hpp"
-#include "waymark/recording/ros2/sample_decoder.hpp"
+#include "waymark/recording/recording_setup.hpp"
 #include "waymark/simulation/world/world.hpp"
 #include "waymark/tags/tag_finder.hpp"
 

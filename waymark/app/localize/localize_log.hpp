@@ -11,7 +11,6 @@
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/recording_setup.hpp"
-#include "waymark/recording/ros2/sample_decoder.hpp"
 #include "waymark/samples/calibration.hpp"
 #include "waymark/samples/robot_samples.hpp"
 

@@ -15,7 +15,7 @@
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/map_file.hpp"
-#include "waymark/mapping/scene/scene_checks.hpp"
+#include "waymark/mapping/scene/scene_report.hpp"
 
 namespace waymark {
 namespace {

@@ -15,6 +15,7 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/sample_decoder.hpp"
 
 namespace waymark {
 namespace {

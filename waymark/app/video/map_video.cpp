@@ -25,8 +25,7 @@
 #include "waymark/config/exchange/tagslam.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/mapping/scene/corner_consistency.hpp"
-#include "waymark/mapping/scene/scene_checks.hpp"
+#include "waymark/mapping/scene/scene_report.hpp"
 
 namespace waymark {
 namespace {

@@ -1,13 +1,13 @@
 // TagSLAM's files: what they say, both ways of saying it, and what is wrong with them.
 #include "waymark/config/exchange/tagslam.hpp"
 
+#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 namespace {

@@ -1,12 +1,9 @@
 #include "waymark/config/yaml/robot_file.hpp"
 
 #include <algorithm>
-#include <cstdlib>
-#include <fstream>
 
 #include <gtest/gtest.h>
 
-#include "tests/support/data.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 
@@ -122,30 +119,6 @@ TEST(RobotFile, BadInputIsAnsweredWithFileLineAndKey) {
   const std::size_t needed = kLimo.find("rectification_matrix");  // what follows may be left out
   for (std::size_t length = 0; length + 20 < needed; length += 7)
     EXPECT_FALSE(parse_robot(kLimo.substr(0, length), "r.yaml")) << length;
-}
-
-TEST(Share, NamesAndPathsAreFound) {
-  const auto folder = testing::fresh_folder("share");
-  std::filesystem::create_directories(folder / "worlds");
-  std::ofstream(folder / "worlds/garden.yaml") << "name: garden\n";
-  ASSERT_EQ(setenv("WAYMARK_SHARE", folder.c_str(), 1), 0);
-  EXPECT_EQ(*find_shared("worlds", "garden"), folder / "worlds/garden.yaml");
-  EXPECT_EQ(*find_shared("worlds", "./garden"), "./garden");
-  EXPECT_EQ(*find_shared("worlds", "my.yaml"), "my.yaml");
-  EXPECT_EQ(to_string(find_shared("worlds", "gardn").error()),
-            (folder / "worlds").string() +
-                ": there is no 'gardn'. Did you mean 'garden'? Or give the path of a .yaml file.");
-  std::filesystem::create_directories(folder / "place");
-  std::ofstream(folder / "place/world.yaml") << "name: place\n";
-  EXPECT_NE(to_string(find_shared("worlds", (folder / "place").string()).error())
-                .find("Did you mean " + (folder / "place/world.yaml").string() + "?"),
-            std::string::npos);
-  EXPECT_FALSE(find_shared("robots", "limo"));
-  ASSERT_EQ(setenv("WAYMARK_SHARE", "/nowhere", 1), 0);
-  EXPECT_NE(to_string(share_folder().error()).find("/nowhere: WAYMARK_SHARE names a folder"),
-            std::string::npos);
-  ASSERT_EQ(unsetenv("WAYMARK_SHARE"), 0);
-  EXPECT_TRUE(std::filesystem::exists(*find_shared("robots", "limo"))) << "in the source tree";
 }
 
 TEST(RobotList, EveryRobotThatComesWithWaymarkIsReadAndSaysWhatItIs) {

@@ -13,7 +13,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/lie.hpp"
-#include "waymark/mapping/scene/scene_checks.hpp"
+#include "waymark/mapping/scene/scene_report.hpp"
 #include "waymark/mapping/scene/scene_values.hpp"
 #include "waymark/samples/visibility.hpp"
 

@@ -2,11 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <numeric>
+#include <set>
+#include <tuple>
+#include <utility>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/mapping/scene/scene_intrinsics.hpp"
-#include "waymark/mapping/scene/thin_cuts.hpp"
+#include "waymark/mapping/scene/scene_calibration.hpp"
 
 namespace waymark {
 namespace {
@@ -174,6 +182,351 @@ void report_scene(const SceneRecording& recording, SceneMap& map) {
   take_out_the_contradicted(map);
   list_unconnected(map);
   list_what_hangs_loosely(map);
+}
+
+namespace {
+
+constexpr std::size_t kMostLines = 5;  // of a kind
+
+/// "tags 3, 40-78 and 99".
+std::string words_of(const std::vector<TagId>& tags) {
+  std::vector<int> numbers;
+  numbers.reserve(tags.size());
+  for (const TagId& tag : tags) numbers.push_back(tag.number);
+  std::ranges::sort(numbers);
+  std::vector<std::string> runs;
+  for (std::size_t i = 0; i < numbers.size();) {
+    std::size_t end = i;
+    while (end + 1 < numbers.size() && numbers[end + 1] <= numbers[end] + 1) ++end;
+    const bool long_run = end >= i + 2;
+    runs.push_back(long_run ? fmt::format("{}-{}", numbers[i], numbers[end]) : std::to_string(numbers[i]));
+    i = long_run ? end + 1 : i + 1;
+  }
+  constexpr std::size_t kMostRuns = 12;
+  const std::size_t all = runs.size();
+  if (all > kMostRuns) runs.resize(kMostRuns);
+  return fmt::format("tag{} {}{}", tags.size() == 1 ? "" : "s", fmt::join(runs, ", "),
+                     all > kMostRuns ? ", ..." : "");
+}
+
+/// Observations of a tag, and how many are in use.
+struct Counts {
+  int all = 0, used = 0;
+};
+
+std::vector<Counts> counts_of(const SceneMap& map) {
+  std::vector<Counts> counts(map.problem.bundle.poses.size());
+  for (const CornerTerm& term : map.problem.bundle.corners) {
+    ++counts[term.tag].all;
+    counts[term.tag].used += term.used ? 1 : 0;
+  }
+  return counts;
+}
+
+template <class Visit>
+void for_tags(const SceneMap& map, const Visit& visit) {
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t)
+      visit(map.scene.bodies[b].tags[t], map.problem.tags[b][t]);
+  }
+}
+
+void say_what_priors_suffer(const SceneMap& map, std::vector<std::string>& words) {
+  constexpr double kGate = 22.46;  // 0.999 quantile of chi-square with 6 degrees of freedom
+  const auto check = [&](const std::string& name, PoseIndex pose, const std::optional<ScenePrior>& prior) {
+    if (!prior || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed) return;
+    const SE3& now = map.problem.bundle.poses[pose].value;
+    const Vector6 r = pose_prior_residual(prior->factor(), now);
+    if (!(r.squaredNorm() > kGate)) return;
+    const SE3 off = prior->mean.inverse() * now;
+    words.push_back(
+        fmt::format("{} is {:.4f} m and {:.2f} deg from where it is given, {:.1f} sigma: the rest "
+                    "contradicts it",
+                    name, off.translation().norm(), to_degrees(off.rotation().log().norm()), r.norm()));
+  };
+  for (std::size_t c = 0; c < map.scene.cameras.size(); ++c)
+    check("camera " + map.scene.cameras[c].name, map.problem.cameras[c], map.scene.cameras[c].body_T_cam);
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    if (map.scene.bodies[b].is_static)
+      check("body " + map.scene.bodies[b].name, map.problem.bodies[b].front(),
+            map.scene.bodies[b].map_T_body);
+  }
+  for_tags(map, [&](const SceneTag& tag, PoseIndex pose) {
+    check("tag " + std::to_string(tag.id.number), pose, tag.body_T_tag);
+  });
+}
+
+void say_what_measurements_suffer(const SceneMap& map, std::vector<std::string>& words) {
+  constexpr double kGate = 3;
+  std::map<PoseIndex, int> number;
+  for_tags(map, [&](const SceneTag& tag, PoseIndex pose) { number[pose] = tag.id.number; });
+  const auto at = [&](const BundlePoint& p) {
+    const auto& poses = map.problem.bundle.poses;
+    return (poses[p.body].value * (poses[p.tag].value * p.tag_p)).eval();
+  };
+  const auto in_map = [&](const BundlePoint& p) { return map.placed[p.tag] != 0 && map.placed[p.body] != 0; };
+  for (const PointDistanceTerm& term : map.problem.bundle.point_distances) {
+    const double off = (at(term.a) - at(term.b)).norm() - term.measured_m;
+    if (in_map(term.a) && in_map(term.b) && std::abs(off) > kGate * term.sigma_m)
+      words.push_back(fmt::format(
+          "the distance of {:.4f} m between tags {} and {} is {:+.4f} m off in the map, {:.1f} sigma: the "
+          "rest "
+          "contradicts it",
+          term.measured_m, number[term.a.tag], number[term.b.tag], off, std::abs(off) / term.sigma_m));
+  }
+  for (const PointCoordinateTerm& term : map.problem.bundle.point_coordinates) {
+    const double off = term.direction.dot(at(term.point)) - term.measured_m;
+    if (in_map(term.point) && std::abs(off) > kGate * term.sigma_m)
+      words.push_back(
+          fmt::format("the coordinate of {:.4f} m of tag {} is {:+.4f} m off in the map, {:.1f} "
+                      "sigma: the rest contradicts it",
+                      term.measured_m, number[term.point.tag], off, std::abs(off) / term.sigma_m));
+  }
+  const double off_sigma = std::abs(map.size_scale - 1) / map.size_prior_sigma;
+  if (off_sigma > kGate)
+    words.push_back(fmt::format(
+        "by the distances given, tags are {:.3f} times as large as their given sizes, {:.1f} sigma",
+        map.size_scale, off_sigma));
+}
+
+void say_which_cameras_differ(const SceneMap& map, std::vector<std::string>& words) {
+  constexpr double kGate = 3;
+  for (const FoundIntrinsics& lens : map.intrinsics) {
+    for (Eigen::Index i = 0; i < lens.found.size(); ++i) {
+      const double off = lens.found[i] - lens.given[i];
+      if (std::abs(off) > kGate * lens.prior_sigma[i])
+        words.push_back(
+            fmt::format("camera {}: {} is {:.6g} in the map and was given as {:.6g}, {:.1f} sigma",
+                        map.scene.cameras[lens.camera].name, lens.names[static_cast<std::size_t>(i)],
+                        lens.found[i], lens.given[i], std::abs(off) / lens.prior_sigma[i]));
+    }
+  }
+}
+
+void say_which_tags_contradict(const SceneMap& map, std::vector<std::string>& words) {
+  const std::vector<Counts> counts = counts_of(map);
+  struct Line {
+    bool known;
+    int rejected;
+    std::string words;
+  };
+  std::vector<Line> lines;
+  std::vector<TagId> alone;
+  for_tags(map, [&](const SceneTag& tag, PoseIndex pose) {
+    const Counts& count = counts[pose];
+    const bool known = tag.body_T_tag.has_value() || map.problem.bundle.poses[pose].fixed;
+    if (known && count.used == 0 && map.placed[pose] != 0) alone.push_back(tag.id);
+    const int rejected = count.all - count.used;
+    constexpr double kMany = 0.3;
+    if (map.placed[pose] == 0 || count.all < 4 || rejected < kMany * count.all) return;
+    lines.push_back(
+        {known, rejected,
+         fmt::format("{} of {} observations of tag {} contradict the rest{}", rejected, count.all,
+                     tag.id.number,
+                     known ? ": is it where it is given, of the size given, and there once?" : "")});
+  });
+  std::ranges::stable_sort(lines, std::greater<>{},
+                           [](const Line& l) { return std::pair(l.known, l.rejected); });
+  if (lines.size() > kMostLines) lines.resize(kMostLines);
+  for (Line& line : lines) words.push_back(std::move(line.words));
+  if (!alone.empty())
+    words.push_back(words_of(alone) + ": on what was given alone, no observation in use says where");
+}
+
+std::string observations(int count) {
+  return count == 1 ? "one observation" : fmt::format("{} observations", count);
+}
+
+void say_what_hangs_loosely(const SceneMap& map, std::vector<std::string>& words) {
+  for (const SceneCut& cut : map.left_out_cuts) {
+    words.push_back(fmt::format("{} hang{} on {} of {} that nothing confirms: left out", words_of(cut.beyond),
+                                cut.beyond.size() == 1 ? "s" : "", observations(cut.observations),
+                                words_of(cut.by)));
+  }
+  for (std::size_t i = 0; i < std::min(map.thin_cuts.size(), kMostLines); ++i) {
+    const SceneCut& cut = map.thin_cuts[i];
+    words.push_back(fmt::format("{} hang on {} of {}: if those are wrong, so is where they are",
+                                words_of(cut.beyond), observations(cut.observations), words_of(cut.by)));
+  }
+  if (!map.undetermined.empty()) words.push_back(words_of(map.undetermined) + ": nothing determines where");
+}
+
+void say_which_ids_were_misread(const SceneMap& map, std::vector<std::string>& words) {
+  const std::size_t all = map.corrected_ids.size();
+  if (all == 0) return;
+  std::vector<std::string> cases;
+  for (std::size_t i = 0; i < std::min(all, kMostLines); ++i)
+    cases.push_back(
+        fmt::format("{} for {}", map.corrected_ids[i].read.number, map.corrected_ids[i].is.number));
+  words.push_back(
+      fmt::format("{} observation{} with the id of another tag {} where that tag cannot be, and count{} for "
+                  "the tag that is there: {}{}",
+                  all, all == 1 ? "" : "s", all == 1 ? "is" : "are", all == 1 ? "s" : "",
+                  fmt::join(cases, ", "), all > kMostLines ? ", ..." : ""));
+}
+
+}  // namespace
+
+std::vector<std::string> scene_doubts(const SceneMap& map) {
+  std::vector<std::string> words;
+  say_what_priors_suffer(map, words);
+  say_what_measurements_suffer(map, words);
+  say_which_cameras_differ(map, words);
+  say_which_tags_contradict(map, words);
+  say_what_hangs_loosely(map, words);
+  say_which_ids_were_misread(map, words);
+  return words;
+}
+
+namespace {
+
+constexpr std::size_t kSmallView = 8;  // tags; of larger ones only neighbours in the list are tied
+constexpr std::size_t kTies = 4;
+
+/// The tags of each view, ascending.
+std::vector<std::vector<PoseIndex>> views_of(const Bundle& bundle, const std::vector<char>& moves) {
+  std::map<std::pair<PoseIndex, PoseIndex>, std::vector<PoseIndex>> views;
+  for (const CornerTerm& term : bundle.corners) {
+    if (!term.used) continue;
+    if (moves[term.rig] != 0 || moves[term.body] != 0) views[{term.rig, term.body}].push_back(term.tag);
+  }
+  std::vector<std::vector<PoseIndex>> result;
+  for (auto& [key, tags] : views) {
+    std::ranges::sort(tags);
+    tags.erase(std::ranges::unique(tags).begin(), tags.end());
+    if (tags.size() > 1) result.push_back(std::move(tags));
+  }
+  return result;
+}
+
+struct Tie {
+  PoseIndex a = 0, b = 0;
+  int views = 0;
+};
+
+/// The maximum spanning forest (Kruskal, "On the shortest spanning subtree of a graph", 1956).
+std::vector<Tie> spanning_tree(const std::vector<std::vector<PoseIndex>>& views, std::size_t poses) {
+  std::map<std::pair<PoseIndex, PoseIndex>, int> together;
+  for (const auto& tags : views) {
+    const std::size_t reach = tags.size() <= kSmallView ? tags.size() : kTies;
+    for (std::size_t i = 0; i < tags.size(); ++i) {
+      for (std::size_t j = i + 1; j < tags.size() && j <= i + reach; ++j) ++together[{tags[i], tags[j]}];
+    }
+  }
+  std::vector<Tie> ties;
+  for (const auto& [pair, count] : together) ties.push_back({pair.first, pair.second, count});
+  std::ranges::stable_sort(ties, std::greater<>{}, &Tie::views);
+  std::vector<PoseIndex> parent(poses);
+  std::iota(parent.begin(), parent.end(), PoseIndex{0});
+  const auto root = [&](PoseIndex i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::vector<Tie> tree;
+  for (const Tie& tie : ties) {
+    const PoseIndex a = root(tie.a);
+    const PoseIndex b = root(tie.b);
+    if (a == b) continue;
+    parent[a] = b;
+    tree.push_back(tie);
+  }
+  return tree;
+}
+
+using Neighbours = std::map<PoseIndex, std::vector<PoseIndex>>;
+
+/// What hangs on `from` when the tie to `without` is cut.
+std::set<PoseIndex> side_of(const Neighbours& neighbours, PoseIndex from, PoseIndex without) {
+  std::set<PoseIndex> side = {from};
+  std::vector<PoseIndex> next = {from};
+  while (!next.empty()) {
+    const PoseIndex at = next.back();
+    next.pop_back();
+    for (PoseIndex other : neighbours.at(at)) {
+      if ((at == from && other == without) || !side.insert(other).second) continue;
+      next.push_back(other);
+    }
+  }
+  return side;
+}
+
+ThinCut thin_cut_of(const std::vector<std::vector<PoseIndex>>& views, const std::set<PoseIndex>& beyond) {
+  ThinCut cut{.beyond = {beyond.begin(), beyond.end()}};
+  std::set<PoseIndex> by;
+  for (const auto& tags : views) {
+    std::vector<PoseIndex> there;
+    std::vector<PoseIndex> here;
+    for (PoseIndex tag : tags) (beyond.contains(tag) ? there : here).push_back(tag);
+    const auto& fewer = here.size() <= there.size() ? here : there;
+    cut.observations += static_cast<int>(fewer.size());
+    by.insert(fewer.begin(), fewer.end());
+  }
+  cut.by = {by.begin(), by.end()};
+  return cut;
+}
+
+}  // namespace
+
+std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& moves,
+                               const std::set<PoseIndex>& roots, int most) {
+  if (!bundle.relatives.empty()) return {};
+  const std::vector<std::vector<PoseIndex>> views = views_of(bundle, moves);
+  const std::vector<Tie> tree = spanning_tree(views, bundle.poses.size());
+  Neighbours neighbours;
+  for (const Tie& tie : tree) {
+    neighbours[tie.a].push_back(tie.b);
+    neighbours[tie.b].push_back(tie.a);
+  }
+  std::vector<ThinCut> cuts;
+  constexpr int kMostTried = 200;
+  int tried = 0;
+  for (auto tie = tree.rbegin(); tie != tree.rend() && tie->views <= most && tried < kMostTried;
+       ++tie, ++tried) {
+    std::set<PoseIndex> beyond = side_of(neighbours, tie->a, tie->b);
+    const auto known = [&](PoseIndex tag) { return roots.contains(tag); };
+    if (std::ranges::any_of(beyond, known)) beyond = side_of(neighbours, tie->b, tie->a);
+    if (beyond.size() < 2 || std::ranges::any_of(beyond, known)) continue;
+    ThinCut cut = thin_cut_of(views, beyond);
+    if (cut.observations <= most) cuts.push_back(std::move(cut));
+  }
+  std::ranges::stable_sort(cuts, std::greater<>{}, [](const ThinCut& cut) { return cut.beyond.size(); });
+  std::vector<ThinCut> kept;
+  for (ThinCut& cut : cuts) {
+    const bool within = std::ranges::any_of(kept, [&](const ThinCut& other) {
+      return other.observations <= cut.observations && std::ranges::includes(other.beyond, cut.beyond);
+    });
+    if (!within) kept.push_back(std::move(cut));
+  }
+  return kept;
+}
+
+double corner_chi2_per_dof(const SceneMap& map) {
+  const Bundle& bundle = map.problem.bundle;
+  std::map<std::pair<std::size_t, std::size_t>, std::pair<double, int>> views;
+  std::set<PoseIndex> tags;
+  for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
+    const CornerTerm& term = bundle.corners[i];
+    CornerFactor own = term.factor;
+    own.whitening = map.observations.seen[i].factor.whitening;
+    own.isotropic = map.observations.seen[i].factor.isotropic;
+    if (!term.used || own.isotropic) continue;
+    const auto r = corner_residual(own, bundle.cameras[term.camera],
+                                   {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
+                                    bundle.poses[term.body].value, bundle.poses[term.tag].value});
+    if (!r) continue;
+    auto& [sum, count] = views[{term.camera, map.observations.seen[i].frame}];
+    sum += r->squaredNorm();
+    ++count;
+    tags.insert(term.tag);
+  }
+  double sum = 0;
+  double freedom = -6.0 * static_cast<double>(tags.size());
+  for (const auto& [key, view] : views) {
+    if (view.second < 2) continue;
+    sum += view.first;
+    freedom += 8 * view.second - 6;
+  }
+  return freedom > 0 ? sum / freedom : 0;
 }
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// Which detections of a scene count, which views belong together, and what a prior says.
+// Which views of a scene belong together, and what a prior says.
 #include "waymark/mapping/scene/tag_scene.hpp"
 
 #include <cmath>
@@ -8,7 +8,6 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/lie.hpp"
-#include "waymark/mapping/scene/scene_bundle.hpp"
 
 namespace waymark {
 namespace {
@@ -67,102 +66,6 @@ TEST(ScenePrior, ADirectionThatIsNotKnownHasALargeSigmaInsteadOfNone) {
   ScenePrior prior;
   prior.sqrt_information = Matrix6::Zero();
   EXPECT_NEAR(std::sqrt(prior.covariance()(2, 2)), 1e3, 1);
-}
-
-/// One camera, a wall that takes ids on no list, a box with one tag.
-TagScene scene() {
-  TagScene scene;
-  scene.bodies.push_back({.name = "wall", .default_tag_size_m = 0.2});
-  scene.bodies.push_back({.name = "box", .tags = {{{FamilyId::Tag36h11, 7}, 0.1, {}}}});
-  scene.default_body = 0;
-  scene.cameras.push_back(
-      {.name = "cam0",
-       .model =
-           CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480).value()});
-  return scene;
-}
-
-TagDetection square(int number, double side_px, int hamming = 0) {
-  TagDetection detection{.tag = {FamilyId::Tag36h11, number}, .hamming = hamming};
-  detection.corners_px = {Eigen::Vector2d(100, 100), Eigen::Vector2d(100 + side_px, 100),
-                          Eigen::Vector2d(100 + side_px, 100 + side_px), Eigen::Vector2d(100, 100 + side_px)};
-  return detection;
-}
-
-SceneRecording one_view(const std::vector<TagDetection>& detections) {
-  return {.frames = {{at_ms(1000), {{.camera = 0, .detections = detections}}}}};
-}
-
-TEST(SceneObservations, IdsGoToTheBodyThatListsThemOrToTheDefaultOne) {
-  TagScene s = scene();
-  const SceneObservations seen = observations_of(one_view({square(7, 50), square(30, 50)}), s);
-  ASSERT_EQ(seen.seen.size(), 2U);
-  EXPECT_EQ(seen.seen[0].body, 1U);
-  EXPECT_DOUBLE_EQ(seen.seen[0].factor.size_m, 0.1);
-  EXPECT_EQ(seen.seen[1].body, 0U);
-  EXPECT_DOUBLE_EQ(seen.seen[1].factor.size_m, 0.2);
-  EXPECT_EQ(s.bodies[0].tags.size(), 1U) << "found on the way";
-}
-
-TEST(SceneObservations, WithoutADefaultBodyAnIdOnNoListIsForeign) {
-  TagScene s = scene();
-  s.default_body.reset();
-  const SceneObservations seen = observations_of(one_view({square(30, 50), square(7, 50)}), s);
-  EXPECT_EQ(seen.seen.size(), 1U);
-  EXPECT_EQ(seen.foreign.at({FamilyId::Tag36h11, 30}), 1);
-}
-
-TEST(SceneObservations, SmallTagsCorrectedBitsAndIgnoredIdsDoNotCount) {
-  TagScene s = scene();
-  s.min_tag_area_px2 = 100;
-  s.max_hamming = 1;
-  s.bodies[0].ignored = {31};
-  s.bodies[1].max_hamming = 0;
-  const SceneObservations seen = observations_of(
-      one_view({square(30, 9), square(32, 50, 2), square(31, 50), square(7, 50, 1), square(33, 11, 1)}), s);
-  ASSERT_EQ(seen.seen.size(), 1U);
-  EXPECT_EQ(s.bodies[0].tags[seen.seen[0].tag].id.number, 33);
-  EXPECT_EQ(seen.squashed, 4);
-}
-
-TEST(SceneObservations, AnIdThatIsThereTwiceCountsOnce) {
-  TagScene s = scene();
-  const SceneObservations seen = observations_of(one_view({square(7, 50), square(7, 40)}), s);
-  EXPECT_EQ(seen.seen.size(), 1U);
-  EXPECT_EQ(seen.repeated, 1);
-}
-
-TEST(SceneObservations, ARemappedIdIsAnotherTagWhileItLasts) {
-  TagScene s = scene();
-  s.remaps = {{.id = 7, .becomes = 70, .from = at_ms(900), .to = at_ms(1000)}};
-  EXPECT_EQ(observations_of(one_view({square(7, 50)}), s).seen.at(0).body, 0U);
-  s.remaps[0].to = at_ms(999);
-  EXPECT_EQ(observations_of(one_view({square(7, 50)}), s).seen.at(0).body, 1U);
-  s.remaps[0] = {.id = 7, .becomes = 70, .from = at_ms(0), .to = at_ms(5000), .camera = "other"};
-  EXPECT_EQ(observations_of(one_view({square(7, 50)}), s).seen.at(0).body, 1U);
-}
-
-TEST(SceneBundle, NothingThatStandsStillIsARefusal) {
-  TagScene s = scene();
-  for (SceneBody& body : s.bodies) body.is_static = false;
-  const SceneRecording recording = one_view({square(7, 50)});
-  const SceneObservations seen = observations_of(recording, s);
-  EXPECT_FALSE(scene_bundle(s, recording, seen));
-}
-
-TEST(SceneBundle, WithoutAnyPriorOneTagIsHeld) {
-  TagScene s = scene();
-  s.bodies.push_back({.name = "rig", .is_static = false});
-  s.cameras[0].body = 2;
-  const SceneRecording recording = one_view({square(30, 50), square(31, 60)});
-  const SceneObservations seen = observations_of(recording, s);
-  const auto problem = scene_bundle(s, recording, seen);
-  ASSERT_TRUE(problem) << to_string(problem.error());
-  int held = 0;
-  for (PoseIndex tag : problem->tags[0]) held += problem->bundle.poses[tag].fixed ? 1 : 0;
-  EXPECT_EQ(held, 1);
-  EXPECT_TRUE(problem->bundle.poses[problem->bodies[0].front()].fixed);
-  EXPECT_EQ(problem->bundle.corners.size(), seen.seen.size());
 }
 
 }  // namespace

@@ -2,17 +2,11 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <vector>
 
-#include "waymark/camera/camera_model.hpp"
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/recording_setup.hpp"
-#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {

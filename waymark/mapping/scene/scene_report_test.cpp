@@ -1,5 +1,6 @@
-// What is said of a scene's map: each doubt by itself, on a map that is the truth.
-#include "waymark/mapping/scene/scene_checks.hpp"
+// What is said of a scene's map: each doubt by itself, on a map that is the truth; where a row of tags hangs
+// together by little; whether residuals are as large as corners said.
+#include "waymark/mapping/scene/scene_report.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -135,6 +136,116 @@ TEST(SceneDoubts, MisreadIdsAreCountedAndSomeNamed) {
   for (std::size_t i = 0; i < 6; ++i) map.corrected_ids.push_back({i, rig_tag(i), rig_tag(i + 1)});
   EXPECT_THAT(scene_doubts(map), ElementsAre(AllOf(HasSubstr("7 observations"), HasSubstr("are where"),
                                                    HasSubstr("3 for 4, ..."))));
+}
+
+/// Tags in pictures: pose 0 is the map, 1 the camera's place, 2 to 21 are tags, then one pose a picture.
+struct Album {
+  Bundle bundle{};
+  std::vector<char> moves{};
+
+  Album() {
+    for (int i = 0; i < 22; ++i) {
+      bundle.add({}, i < 2);
+      moves.push_back(0);
+    }
+  }
+  void show(const std::vector<PoseIndex>& tags, int times = 1, bool used = true) {
+    for (int i = 0; i < times; ++i) {
+      const PoseIndex rig = bundle.add({});
+      moves.push_back(1);
+      for (PoseIndex tag : tags)
+        bundle.corners.push_back({.rig = rig, .cam = 1, .body = 0, .tag = tag, .used = used});
+    }
+  }
+  [[nodiscard]] std::vector<ThinCut> cuts(int most = 3) const { return thin_cuts(bundle, moves, {2}, most); }
+};
+
+/// Two rooms of five tags seen often, tied by so many pictures of the last tag of the one and the first of
+/// the other.
+Album rooms(int ties) {
+  Album album;
+  album.show({2, 3, 4, 5, 6}, 10);
+  album.show({7, 8, 9, 10, 11}, 10);
+  album.show({6, 7}, ties);
+  return album;
+}
+
+TEST(ThinCuts, NamesWhatHangsOnFewObservationsAndOnWhich) {
+  for (int ties = 1; ties <= 3; ++ties) {
+    const auto cuts = rooms(ties).cuts();
+    ASSERT_EQ(cuts.size(), 1U) << ties;
+    EXPECT_EQ(cuts[0].beyond, (std::vector<PoseIndex>{7, 8, 9, 10, 11}));
+    EXPECT_EQ(cuts[0].by, (std::vector<PoseIndex>{6}));
+    EXPECT_EQ(cuts[0].observations, ties);
+  }
+}
+
+TEST(ThinCuts, WhatHangsOnMoreIsNotThin) {
+  EXPECT_TRUE(rooms(4).cuts().empty());
+  EXPECT_EQ(rooms(4).cuts(4).size(), 1U);
+}
+
+TEST(ThinCuts, ObservationsThatAreNotUsedTieNothing) {
+  Album album = rooms(2);
+  album.show({6, 7}, 10, false);
+  ASSERT_EQ(album.cuts().size(), 1U);
+  EXPECT_EQ(album.cuts()[0].observations, 2);
+}
+
+TEST(ThinCuts, AMeasuredMotionTiesPictures) {
+  Album album = rooms(1);
+  const PoseIndex first = 22;
+  for (PoseIndex rig = first + 1; rig < album.bundle.poses.size(); ++rig)
+    album.bundle.relatives.push_back({.a = rig - 1, .b = rig});
+  EXPECT_TRUE(album.cuts().empty());
+}
+
+TEST(ThinCuts, ASingleTagIsNoPart) {
+  Album album;
+  album.show({2, 3, 4}, 10);
+  album.show({4, 5}, 1);
+  EXPECT_TRUE(album.cuts().empty());
+}
+
+TEST(ThinCuts, NothingSeenHasNoCuts) { EXPECT_TRUE(Album().cuts().empty()); }
+
+TEST(CornerConsistency, IsOneWhereTheDetectorsCovariancesAreTrue) {
+  for (const double times : {1.0, 2.0}) {
+    RigScene made = rig_scene({.frames = 60, .noise_px = 0.2 * times});
+    for (SceneFrame& frame : made.recording.frames) {
+      for (TagDetection& seen : frame.views[0].detections) {
+        CornerCovariance P = 0.04 * CornerCovariance::Identity();
+        P(0, 0) *= 1 + 1e-9;  // of its own, not one number for all
+        seen.corner_covariance_px2 = P;
+      }
+    }
+    SceneMap map = true_scene_map(made);
+    for (CornerTerm& term : map.problem.bundle.corners) {
+      term.factor.whitening = CornerCovariance::Identity() / 0.2;
+      term.factor.isotropic = true;
+    }
+    ASSERT_TRUE(solve(map.problem.bundle).usable());
+    EXPECT_NEAR(corner_chi2_per_dof(map), times * times, 0.15 * times * times);
+  }
+  const SceneMap without = true_scene_map(rig_scene({.noise_px = 0.2}));
+  EXPECT_EQ(corner_chi2_per_dof(without), 0) << "no covariance was given";
+}
+
+TEST(Reprojection, IsOfCornersInUseInPixels) {
+  RigScene made = rig_scene();
+  SceneMap map = true_scene_map(made);
+  for (CornerTerm& term : map.problem.bundle.corners) {
+    for (Eigen::Vector2d& corner : term.factor.corners_px) corner += Eigen::Vector2d(3, 4);
+  }
+  map.problem.bundle.corners[0].factor.corners_px[0].x() += 1e6;
+  map.problem.bundle.corners[0].used = false;
+  measure_reprojection(map);
+  EXPECT_NEAR(map.reprojection_mean_px, 5, 1e-6);
+  EXPECT_NEAR(map.reprojection_median_px, 5, 1e-6);
+  for (CornerTerm& term : map.problem.bundle.corners) term.used = false;
+  map.reprojection_mean_px = 7;
+  measure_reprojection(map);
+  EXPECT_EQ(map.reprojection_mean_px, 7) << "of nothing there is none";
 }
 
 }  // namespace
