@@ -8,8 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
-#include "waymark/mapping/camera/view_capture.hpp"
-#include "waymark/mapping/camera/view_coverage.hpp"
+#include "waymark/mapping/camera/calibration_views.hpp"
 
 /// Calibration while somebody holds a board before the camera: `waymark calibrate camera v4l2:/dev/video0`.
 namespace waymark {

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 
 namespace waymark {

@@ -9,16 +9,12 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"
-#include "waymark/mapping/camera/calibration_advice.hpp"
-#include "waymark/mapping/camera/calibration_search.hpp"
 #include "waymark/mapping/camera/camera_calibration.hpp"
 
 namespace waymark {
 namespace {
 
-using ::testing::Contains;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
@@ -187,52 +183,6 @@ TEST(CalibrationLaws, OptionsOutOfTheirRangeAreNamed) {
   EXPECT_THAT(found.error().place.key, HasSubstr("folds"));
   EXPECT_FALSE(calibrate_camera(pictures(9, 0.1), 0, kHeight, LensModel::Radtan4))
       << "no picture is that wide";
-}
-
-/// A calibration of which nothing is to be said.
-CameraCalibration good() {
-  CameraCalibration found{.camera = truth(), .rms_px = 0.1, .held_out_rms_px = 0.1};
-  found.parameters = Eigen::Vector4d(500, 500, 320, 240);
-  found.covariance = Eigen::Matrix4d::Identity();
-  found.views.assign(12, {.marks = 50, .tilt_deg = 30});
-  for (ImageRegion& region : found.regions) region = {.corners = 60, .rms_px = 0.1, .noise_scale = 1};
-  return found;
-}
-
-TEST(CalibrationAdvice, OfAGoodCalibrationThereIsNone) {
-  EXPECT_THAT(internal::calibration_advice(good()), IsEmpty());
-}
-
-TEST(CalibrationAdvice, NamesEachThingThatIsMissing) {
-  CameraCalibration few = good();
-  few.views.resize(9);
-  few.views.push_back({});  // of no use
-  EXPECT_THAT(internal::calibration_advice(few), Contains(HasSubstr("9 pictures are few")));
-  CameraCalibration frontal = good();
-  for (std::size_t i = 3; i < frontal.views.size(); ++i) frontal.views[i].tilt_deg = 19;
-  EXPECT_THAT(internal::calibration_advice(frontal), Contains(HasSubstr("3 pictures show the board tilted")));
-  CameraCalibration corner = good();
-  corner.regions[0].corners = 19;
-  corner.regions[8] = {};
-  EXPECT_THAT(internal::calibration_advice(corner), Contains(HasSubstr("image: top left, bottom right.")));
-  CameraCalibration bent = good();
-  bent.regions[2].noise_scale = 2.5;
-  EXPECT_THAT(internal::calibration_advice(bent),
-              Contains(HasSubstr("The top right of the image fits 2.5 times worse")));
-  CameraCalibration blurred = good();  // corners that are as uncertain as they say
-  blurred.regions[2].rms_px = 0.25;
-  EXPECT_THAT(internal::calibration_advice(blurred), IsEmpty());
-  CameraCalibration vague = good();
-  vague.covariance(0, 0) = 25;
-  EXPECT_THAT(internal::calibration_advice(vague), Contains(HasSubstr("known to 1.0 % only")));
-  CameraCalibration fitted = good();
-  fitted.held_out_rms_px = 0.2;
-  EXPECT_THAT(internal::calibration_advice(fitted), Contains(HasSubstr("fit 2.00 times worse")));
-}
-
-TEST(CalibrationJudgement, RootMeanOfNothingIsNothing) {
-  EXPECT_EQ(internal::root_mean({}), 0);
-  EXPECT_EQ(internal::root_mean({9, 16, 0, 0}), 2.5);
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/geometry/dense.hpp"
 #include "waymark/mapping/camera/calibration_advice.hpp"
-#include "waymark/mapping/camera/calibration_causes.hpp"
 #include "waymark/mapping/camera/calibration_search.hpp"
 
 namespace waymark {

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "waymark/camera/camera_model.hpp"
 #include "waymark/geometry/se3.hpp"
 #include "waymark/mapping/camera/camera_parameters.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
@@ -64,5 +66,13 @@ struct FitOptions {
 /// Squared whitened residual of a mark; nothing when it does not project.
 [[nodiscard]] std::optional<double> mark_chi2(const ViewMark& mark, const TargetView& view,
                                               const CameraModel& camera);
+
+/// A mark's points in the camera's frame.
+[[nodiscard]] std::array<Eigen::Vector3d, 4> camera_points(const ViewMark& mark, const SE3& cam_T_target);
+
+/// Where a mark's points project; nothing when one does not.
+[[nodiscard]] std::optional<MarkVector> projected(const ViewMark& mark,
+                                                  const std::array<Eigen::Vector3d, 4>& cam_points,
+                                                  const CameraModel& camera);
 
 }  // namespace waymark::internal

@@ -1,7 +1,8 @@
-// The least squares of a calibration on its own, and a camera as numbers.
+// The least squares of a calibration on its own, and its marks.
 #include "waymark/mapping/camera/intrinsics_fit.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -169,19 +170,63 @@ TEST(IntrinsicsFit, AStartThatIsNoneIsRefused) {
   EXPECT_FALSE(fit_intrinsics(seen, truth(), options()));
 }
 
-TEST(CameraParameters, EveryLensHasANameAndComesBackFromItsNumbers) {
-  for (const LensModel lens : lens_models()) {
-    EXPECT_EQ(lens_model(to_string(lens)), lens);
-    const auto count = static_cast<Eigen::Index>(parameter_names(lens).size());
-    Eigen::VectorXd numbers = Eigen::VectorXd::Zero(count);
-    numbers.head<4>() << 400, 410, 320, 240;
-    const auto camera = camera_of(lens, numbers, 640, 480);
-    ASSERT_TRUE(camera) << to_string(lens);
-    EXPECT_LT((*camera->project({0, 0, 1}) - Eigen::Vector2d(320, 240)).norm(), 1e-12);
-    numbers[0] = 0;
-    EXPECT_FALSE(camera_of(lens, numbers, 640, 480));
+TEST(ViewMark, WhitensByItsCovarianceOrByWhatIsSaid) {
+  TargetMark mark{.key = 1, .target_points_m = {{0, 0, 0}}, .seen_px = {{100, 50}}};
+  const auto plain = view_mark(mark, 0.25);
+  ASSERT_TRUE(plain);
+  EXPECT_LT((plain->whitening - 4 * Eigen::Matrix2d::Identity()).norm(), 1e-12);
+  EXPECT_TRUE(plain->used);
+  Eigen::Matrix2d P;
+  P << 0.04, 0.01, 0.01, 0.09;
+  mark.covariance_px2 = P;
+  const auto whitened = view_mark(mark, 0.25);
+  ASSERT_TRUE(whitened);
+  const Eigen::Matrix2d W = whitened->whitening;
+  EXPECT_LT((W * P * W.transpose() - Eigen::Matrix2d::Identity()).norm(), 1e-12);
+}
+
+TEST(ViewMark, WhatIsNoMeasurementIsRefused) {
+  const TargetMark good{.key = 1, .target_points_m = {{0, 0, 0}}, .seen_px = {{100, 50}}};
+  std::vector<TargetMark> bad(8, good);
+  bad[0].seen_px[0].x() = std::nan("");
+  bad[1].target_points_m[0].z() = std::numeric_limits<double>::infinity();
+  bad[2].seen_px.clear();
+  bad[3].target_points_m.emplace_back(1, 0, 0);
+  bad[4].covariance_px2 = Eigen::Matrix2d::Zero();
+  bad[5].covariance_px2 = -Eigen::Matrix2d::Identity();
+  bad[6].covariance_px2 = Eigen::Matrix3d::Identity();
+  bad[7].seen_px.assign(5, {1, 2});
+  bad[7].target_points_m.assign(5, {0, 0, 0});
+  for (std::size_t i = 0; i < bad.size(); ++i) {
+    const auto mark = view_mark(bad[i], 0.2);
+    ASSERT_FALSE(mark) << i;
+    EXPECT_EQ(mark.error().code, ErrorCode::InvalidArgument) << i;
   }
-  EXPECT_FALSE(lens_model("wide"));
+  EXPECT_TRUE(view_mark(good, 0.2));
+}
+
+TEST(MarkProjection, IsThatOfTheCameraAndItsChiSquareThatOfTheResidual) {
+  const CameraModel camera =
+      CameraModel::make(
+          PinholeRadtan{.fx = 500, .fy = 510, .cx = 320, .cy = 240, .k = {-0.1}, .coefficients = 4}, 640, 480)
+          .value();
+  TargetView view{.target_T_cam = SE3(SO3::exp({0.1, -0.2, 0.3}), {0.02, 0.01, -0.5})};
+  const SE3 cam_T_target = view.target_T_cam.inverse();
+  TargetMark mark{.key = 0};
+  for (const auto& corner : tag_corners(0.04)) {
+    mark.target_points_m.push_back(corner);
+    mark.seen_px.push_back(*camera.project(cam_T_target * corner) + Eigen::Vector2d(0.3, -0.4));
+  }
+  const ViewMark seen = view_mark(mark, 0.5).value();
+  const auto px = projected(seen, camera_points(seen, cam_T_target), camera);
+  ASSERT_TRUE(px);
+  for (Eigen::Index i = 0; i < 4; ++i)
+    EXPECT_LT((px->segment<2>(2 * i) - mark.seen_px[static_cast<std::size_t>(i)] - Eigen::Vector2d(-0.3, 0.4))
+                  .norm(),
+              1e-12);
+  EXPECT_NEAR(*mark_chi2(seen, view, camera), 4.0, 1e-9) << "four times 0.5 px at sigma 0.5";
+  view.target_T_cam = SE3({}, {0, 0, 0.5});
+  EXPECT_FALSE(mark_chi2(seen, view, camera)) << "behind the camera";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // What a guided calibration asks for, and which pictures it takes.
-#include "waymark/mapping/camera/view_coverage.hpp"
+#include "waymark/mapping/camera/calibration_views.hpp"
 
 #include <cmath>
 
@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/mapping/camera/view_capture.hpp"
 
 namespace waymark {
 namespace {

@@ -1,5 +1,5 @@
-// What is said when pictures of a board are spoilt in one way or another.
-#include "waymark/mapping/camera/calibration_causes.hpp"
+// What is said when pictures of a board are spoilt in one way or another, and when views are missing.
+#include "waymark/mapping/camera/calibration_advice.hpp"
 
 #include <cmath>
 #include <functional>
@@ -17,6 +17,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr int kWidth = 640;
@@ -121,6 +122,50 @@ TEST(CalibrationCauses, ABoardPrintedTooLongIsNamed) {
 
 TEST(CalibrationCauses, TooFewTiltsAreNamed) {
   EXPECT_THAT(advice({.max_tilt_deg = 8}, 1), Contains(HasSubstr("tilted by more than 20")));
+}
+
+/// A calibration of which nothing is to be said.
+CameraCalibration good() {
+  const auto camera = CameraModel::make(
+      PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236, .k = {-0.25, 0.08}, .coefficients = 4},
+      kWidth, kHeight);
+  CameraCalibration found{.camera = camera.value(), .rms_px = 0.1, .held_out_rms_px = 0.1};
+  found.parameters = Eigen::Vector4d(500, 500, 320, 240);
+  found.covariance = Eigen::Matrix4d::Identity();
+  found.views.assign(12, {.marks = 50, .tilt_deg = 30});
+  for (ImageRegion& region : found.regions) region = {.corners = 60, .rms_px = 0.1, .noise_scale = 1};
+  return found;
+}
+
+TEST(CalibrationAdvice, OfAGoodCalibrationThereIsNone) {
+  EXPECT_THAT(internal::calibration_advice(good()), IsEmpty());
+}
+
+TEST(CalibrationAdvice, NamesEachThingThatIsMissing) {
+  CameraCalibration few = good();
+  few.views.resize(9);
+  few.views.push_back({});  // of no use
+  EXPECT_THAT(internal::calibration_advice(few), Contains(HasSubstr("9 pictures are few")));
+  CameraCalibration frontal = good();
+  for (std::size_t i = 3; i < frontal.views.size(); ++i) frontal.views[i].tilt_deg = 19;
+  EXPECT_THAT(internal::calibration_advice(frontal), Contains(HasSubstr("3 pictures show the board tilted")));
+  CameraCalibration corner = good();
+  corner.regions[0].corners = 19;
+  corner.regions[8] = {};
+  EXPECT_THAT(internal::calibration_advice(corner), Contains(HasSubstr("image: top left, bottom right.")));
+  CameraCalibration bent = good();
+  bent.regions[2].noise_scale = 2.5;
+  EXPECT_THAT(internal::calibration_advice(bent),
+              Contains(HasSubstr("The top right of the image fits 2.5 times worse")));
+  CameraCalibration blurred = good();  // corners that are as uncertain as they say
+  blurred.regions[2].rms_px = 0.25;
+  EXPECT_THAT(internal::calibration_advice(blurred), IsEmpty());
+  CameraCalibration vague = good();
+  vague.covariance(0, 0) = 25;
+  EXPECT_THAT(internal::calibration_advice(vague), Contains(HasSubstr("known to 1.0 % only")));
+  CameraCalibration fitted = good();
+  fitted.held_out_rms_px = 0.2;
+  EXPECT_THAT(internal::calibration_advice(fitted), Contains(HasSubstr("fit 2.00 times worse")));
 }
 
 }  // namespace
