@@ -158,7 +158,7 @@ int be_waymark(const std::string& self, int pictures) {
   const RobotModel& model = setup.robot.model;
   Replayer replayer(make_localization_method({.landmarks = Landmarks(setup.world.tags),
                                               .tags = setup.world.tags,
-                                              .scene_camera = {setup.robot.camera, model.base_T_cam}})
+                                              .sensor = {setup.robot.camera, model.base_T_cam}})
                         .value(),
                     build_route(taught).value(), setup.world.tags, model, {});
   const auto detector = make_apriltag_detector({}).value();

@@ -22,7 +22,7 @@ void require(bool holds) {
 }
 
 void check_orders(LiveFeed& feed) {
-  for (const LiveOrder& order : feed.take_orders()) {
+  for (const ViewerOrder& order : feed.take_orders()) {
     require(std::isfinite(order.command.speed_m_s) && std::abs(order.command.speed_m_s) <= 10);
     require(std::isfinite(order.command.yaw_rate_rad_s) && std::abs(order.command.yaw_rate_rad_s) <= 20);
   }

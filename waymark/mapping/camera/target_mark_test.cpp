@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/base/random.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
