@@ -1,4 +1,9 @@
-# With WAYMARK_UNITY and clang: the headers that most files include are parsed, and their templates instantiated, once
+# A quick build from nothing (WAYMARK_UNITY). Files of a library are compiled together: names in anonymous namespaces are unique in a room.
+function(waymark_compile_together target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${WAYMARK_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+endfunction()
+
+# With clang, too: the headers that most files include are parsed, and their templates instantiated, once
 # (cmake/precompiled.hpp; the tests' list is longer). With clang a build from nothing takes a third less
 # time than with GCC, which gains nothing by it.
 set(WAYMARK_PRECOMPILED OFF)

@@ -47,7 +47,7 @@ function(waymark_library target)
     set(scope PUBLIC)
     add_library(${target} STATIC ${LIBRARY_SOURCES})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    waymark_compile_together(${target} ${LIBRARY_SOURCES})
+    waymark_compile_together(${target})
     waymark_size_of_room(${target} ${LIBRARY_ROOMS})
     if(NOT target STREQUAL "waymark_base")  # which knows no Eigen
       waymark_precompile(${target} waymark_precompiled)
