@@ -17,6 +17,8 @@
 #include "waymark/media/video_format.hpp"
 
 namespace waymark {
+
+// Which pictures of a video are views.
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -81,6 +83,7 @@ std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
   return chosen;
 }
 
+// The calibration.
 namespace {
 
 /// A picture and what it shows of the target.
@@ -256,6 +259,7 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                                .marks_word = target.marks_word()};
 }
 
+// Its files and JSON.
 namespace {
 
 /// PhotonVision writes JSON, the others YAML; whose YAML it is, the ending does not tell.
@@ -425,6 +429,7 @@ nlohmann::ordered_json to_json(const CalibrateCameraReport& report) {
   return json;
 }
 
+// Its table.
 namespace {
 
 std::string lenses_text(const CameraCalibration& found) {

@@ -18,6 +18,8 @@
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
+
+// By the lap.
 namespace {
 
 namespace fs = std::filesystem;
@@ -133,6 +135,7 @@ Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double fro
   return found;
 }
 
+// By the lap or by innovations, and what is said of it.
 namespace {
 
 /// What to drive so that a number can be told, in the order of Calibrated.

@@ -174,8 +174,6 @@ TEST(TakeRobot, TheFileIsTakenAndWhatDisagreesIsSaid) {
   EXPECT_THAT(typo.error().hint, HasSubstr("limo"));
 }
 
-RobotDescription limo() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
-
 RecordingSetup recorded_by(const RobotDescription& robot) {
   RecordingSetup setup;
   setup.camera = robot.camera;
@@ -190,24 +188,24 @@ CameraModel pinhole(double fx, double cx, double cy, int width = 640, int height
 }
 
 TEST(Disagreements, ThereAreNoneOfTheSameRobotNorOfASilentRecording) {
-  EXPECT_THAT(disagreements(limo(), recorded_by(limo())), IsEmpty());
-  EXPECT_THAT(disagreements(limo(), {}), IsEmpty());
+  EXPECT_THAT(disagreements(lap_robot(), recorded_by(lap_robot())), IsEmpty());
+  EXPECT_THAT(disagreements(lap_robot(), {}), IsEmpty());
 }
 
 TEST(Disagreements, ACameraThatSitsElsewhereIsNamedWithHowFar) {
-  RecordingSetup setup = recorded_by(limo());
+  RecordingSetup setup = recorded_by(lap_robot());
   setup.base_T_cam = SE3(SO3::from_rpy(0, 0, to_radians(3)) * setup.base_T_cam->rotation(),
                          setup.base_T_cam->translation() + Eigen::Vector3d(0, 0.12, 0));
-  EXPECT_THAT(disagreements(limo(), setup),
+  EXPECT_THAT(disagreements(lap_robot(), setup),
               ElementsAre(AllOf(HasSubstr("12.0 cm and 3.0 deg"), HasSubstr("(base_link to camera_optical)"),
                                 HasSubstr("the file is taken"))));
-  setup.base_T_cam = SE3(limo().model.base_T_cam.rotation(),
-                         limo().model.base_T_cam.translation() + Eigen::Vector3d(0, 0.004, 0));
-  EXPECT_THAT(disagreements(limo(), setup), IsEmpty()) << "4 mm are what people measure";
+  setup.base_T_cam = SE3(lap_robot().model.base_T_cam.rotation(),
+                         lap_robot().model.base_T_cam.translation() + Eigen::Vector3d(0, 0.004, 0));
+  EXPECT_THAT(disagreements(lap_robot(), setup), IsEmpty()) << "4 mm are what people measure";
 }
 
 TEST(Disagreements, AnotherLensIsNamedByWhatDiffersMost) {
-  RobotDescription robot = limo();
+  RobotDescription robot = lap_robot();
   robot.camera = pinhole(400, 320, 240);
   RecordingSetup setup = recorded_by(robot);
   setup.camera = pinhole(400 * 1.01, 320, 240);
@@ -223,13 +221,13 @@ TEST(Disagreements, AnotherLensIsNamedByWhatDiffersMost) {
 }
 
 TEST(TakeRobot, TheFileCountsAndTheRecordingIsWarnedOf) {
-  RecordingSetup setup = recorded_by(limo());
+  RecordingSetup setup = recorded_by(lap_robot());
   setup.camera = pinhole(300, 320, 240);
   setup.base_T_cam = SE3();
   std::vector<std::string> warnings;
   ASSERT_TRUE(take_robot(WAYMARK_SHARE "/robots/limo.yaml", setup, warnings));
-  EXPECT_EQ(setup.camera, limo().camera);
-  EXPECT_EQ(setup.base_T_cam->matrix(), limo().model.base_T_cam.matrix());
+  EXPECT_EQ(setup.camera, lap_robot().camera);
+  EXPECT_EQ(setup.base_T_cam->matrix(), lap_robot().model.base_T_cam.matrix());
   EXPECT_EQ(warnings.size(), 2U);
   ASSERT_TRUE(take_robot(WAYMARK_SHARE "/robots/limo-front-rear.yaml", setup, warnings));
   EXPECT_EQ(setup.more_cameras.size(), 1U) << "all cameras of the file";

@@ -184,7 +184,7 @@ TEST(FreshFile, ARecordingInWhichTheRobotSaidNothingIsRemoved) {
   { const FreshFile none(""); }
   { const FreshFile device("/dev/null"); }
   EXPECT_TRUE(fs::exists("/dev/null")) << "only files are removed";
-  { const FreshFile folder(folder.string()); }
+  { const FreshFile none(folder.string()); }
   EXPECT_TRUE(fs::exists(folder));
 }
 

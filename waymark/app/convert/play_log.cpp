@@ -16,6 +16,8 @@
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
+
+// Samples as lines.
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -185,6 +187,7 @@ Json to_json(const Sample& sample) {
   return out;
 }
 
+// Playing.
 namespace {
 
 /// Waits until what is `time` in the recording is due.

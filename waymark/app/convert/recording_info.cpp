@@ -124,6 +124,7 @@ nlohmann::ordered_json to_json(const RecordingInfo& info) {
           {"next", next}};
 }
 
+// What can be done next.
 namespace {
 
 /// What a map of the tags needs and the recording does not say, as flags or words.
@@ -225,6 +226,7 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   return steps;
 }
 
+// In words.
 namespace {
 
 /// A date where the clock is one of the calendar, else seconds since the robot was switched on.

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/app/doctor/computer_checks.hpp"
+#include "waymark/app/doctor/doctor.hpp"
 
 namespace waymark {
 namespace {

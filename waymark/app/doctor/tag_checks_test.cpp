@@ -123,11 +123,6 @@ TEST(DoctorMap, SaysWhatKeepsItFromKnowing) {
   EXPECT_THAT(line.words, HasSubstr("do not tell where the camera is"));
 }
 
-using ::testing::HasSubstr;
-
-const CameraModel kCamera =
-    CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480).value();
-
 /// Detections of a tag with this side at this distance, with 0.1 px of noise.
 std::vector<TagDetection> held(double size_m, double distance_m, int number = 5) {
   Random random(3);

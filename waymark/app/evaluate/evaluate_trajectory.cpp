@@ -224,6 +224,7 @@ Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs
   return files;
 }
 
+// As JSON.
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -312,6 +313,7 @@ Json to_json(const TrajectoryReport& report) {
   return json;
 }
 
+// What makes a comparison doubtful.
 namespace {
 
 std::vector<Odometry> odometry_of(const std::string& path, const JobControl& control) {
@@ -390,6 +392,7 @@ std::vector<std::string> doubts_about(const TrajectoryReport& report, const Refe
   return all;
 }
 
+// As a table.
 namespace {
 
 std::string metres(const std::optional<double>& value) { return value ? fmt::format("{:.4f}", *value) : "-"; }

@@ -35,6 +35,11 @@
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
+using Rows = std::vector<std::vector<std::string>>;
+
+// Drives side by side.
+
 template <class Stamped>
 double rate_hz(const std::vector<Stamped>& samples) {
   if (samples.size() < 2) return 0;
@@ -102,7 +107,8 @@ std::vector<std::string> row_of(const DriveRun& drive) {
           number(median(std::move(sigma_mm)), 1)};
 }
 
-/// Each drive in a row, by what needs no truth: how simulation and reality differ.
+}  // namespace
+
 plot::PageTable side_by_side(const Runs& runs) {
   plot::PageTable table{
       .caption =
@@ -114,8 +120,6 @@ plot::PageTable side_by_side(const Runs& runs) {
   return table;
 }
 
-/// Rates, gaps, latencies and noises of each drive in a column, measured alike; no rows where fewer than two
-/// drives could be measured.
 plot::PageTable sensors_side_by_side(const Runs& runs) {
   plot::PageTable table{
       .caption = "How sensors and motors behaved, measured in the same way in each recording",
@@ -146,7 +150,8 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
   return table;
 }
 
-using Rows = std::vector<std::vector<std::string>>;
+// One drive.
+namespace {
 
 /// A path on paper needs no more poses.
 constexpr std::size_t kMostPoses = 3000;
@@ -272,9 +277,8 @@ plot::PageSection drive_section(const DriveRun& drive) {
   return section;
 }
 
+// One map.
 namespace {
-
-using Rows = std::vector<std::vector<std::string>>;
 
 std::string millimetres(double metres) { return fmt::format("{:.1f}", 1000 * metres); }
 
@@ -406,6 +410,7 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
   return section;
 }
 
+// Drives on the same route.
 namespace {
 
 /// Of the reference drive, for the clearance; a point when the recording does not say.
@@ -498,9 +503,8 @@ std::optional<plot::PageSection> comparison_section(const Runs& runs) {
   return section;
 }
 
+// The page.
 namespace {
-
-namespace fs = std::filesystem;
 
 Status add_drive(const std::string& file, Runs& runs, const JobControl& control) {
   Result<RecordedLap> lap = read_lap_file(file, control);

@@ -81,11 +81,16 @@ struct ReportJob {
 /// the section.
 [[nodiscard]] std::vector<plot::PageFigure> figures_of(const plot::Page& page);
 
-/// The sections of the page, each in a file of its own.
+/// The sections of the page.
 [[nodiscard]] plot::PageSection drive_section(const DriveRun& drive);
 [[nodiscard]] plot::PageSection map_section(const MapRun& map, const DriveRun* drive,
                                             const JobControl& control);
 /// Nothing when there are no two drives whose truth is known.
 [[nodiscard]] std::optional<plot::PageSection> comparison_section(const Runs& runs);
+/// Each drive in a row, by what needs no truth: how simulation and reality differ.
+[[nodiscard]] plot::PageTable side_by_side(const Runs& runs);
+/// Rates, gaps, latencies and noises of each drive in a column, measured alike; no rows where fewer than two
+/// drives could be measured.
+[[nodiscard]] plot::PageTable sensors_side_by_side(const Runs& runs);
 
 }  // namespace waymark

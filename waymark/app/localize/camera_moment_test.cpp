@@ -103,7 +103,7 @@ TEST(CornerError, MakesPosesConsistentThatWereRefused) {
       if (!moments[k].map_T_body) continue;
       const SE3 truth =
           map_T_cam(static_cast<int>(k % 20)) * SE3(body_R_optical().inverse(), Eigen::Vector3d::Zero());
-      const Vector6 off = (truth * moments[k].map_T_body->mean.inverse()).log();
+      const SE3::Tangent off = (truth * moments[k].map_T_body->mean.inverse()).log();
       nees += off.dot(moments[k].map_T_body->covariance.llt().solve(off));
       ++known;
     }

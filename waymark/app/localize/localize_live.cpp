@@ -28,6 +28,8 @@
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
+
+// What is localised.
 namespace {
 
 LocalizeInput kind_of(const LocalizeJob& job, bool calibrated) {
@@ -90,6 +92,7 @@ Result<LocalizeInput> localize_input(const LocalizeJob& job, const GivenFlags& g
   return input;
 }
 
+// Lines about where it is.
 namespace {
 
 /// The largest standard deviation of the position [m].
@@ -163,6 +166,7 @@ void MomentLines::take(const CameraMoment& moment) {
   print_(json_ ? moment_json(moment) : moment_line(to_seconds(moment.stamp - *first_), moment));
 }
 
+// A camera.
 namespace {
 
 /// What is shown and recorded of the pictures.
@@ -239,6 +243,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const LocalizeC
   return LocalizeCameraReport{.end = *end, .known = log.known()};
 }
 
+// A robot.
 namespace {
 
 constexpr const char* kPhase = "localizing";
@@ -388,6 +393,7 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
   return LocalizeRobotReport{std::move(*report), session.end(*driven)};
 }
 
+// As a user says it.
 namespace {
 
 Result<DescribedCamera> camera_of(const LocalizeLive& words) {

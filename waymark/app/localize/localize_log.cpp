@@ -21,6 +21,8 @@
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
+
+// What is read.
 namespace {
 
 namespace fs = std::filesystem;
@@ -268,6 +270,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   return read;
 }
 
+// The run.
 namespace {
 
 Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, const JobControl& control,

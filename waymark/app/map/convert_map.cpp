@@ -18,6 +18,8 @@
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
+
+// Transforms in a recording.
 namespace {
 
 /// The transforms of tags, the last of each.
@@ -115,6 +117,7 @@ Status write_map_transforms(const std::filesystem::path& path, const MapFile& ma
   return status ? recorder->close() : status;
 }
 
+// From one form to another.
 namespace {
 
 std::string name_of(MapForm form) { return map_form_names()[static_cast<std::size_t>(form)]; }

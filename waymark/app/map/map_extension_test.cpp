@@ -16,8 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 constexpr TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 

@@ -36,6 +36,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Laps whose recording holds poses of tags.
+
 /// Wheels turned by the gyro, where there is one: it knows turns better.
 std::vector<Odometry> best_odometry(const RecordedLap& recorded) {
   const Trajectory gyro = gyro_odometry(recorded.odometry, recorded.imu);
@@ -99,6 +101,8 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
   report.prior_rms_m = comparison->rms_m;
   for (const std::string& words : in_words(*comparison)) report.warnings.push_back(words);
 }
+
+// What is written.
 
 /// Whether the lap becomes one more route of the map that stands where it is written.
 bool adds_a_route(const MapJob& job) {
@@ -311,6 +315,8 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   return {};
 }
 
+// The job.
+
 /// The true trajectory in the map's frame, where nobody told how the two stand to each other.
 Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& truth) {
   constexpr Duration kMaxGap = std::chrono::milliseconds(500);
@@ -487,6 +493,7 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   return report;
 }
 
+// As JSON.
 namespace {
 
 /// {"tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}}, of the tags that lost observations.
@@ -584,6 +591,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
   return json;
 }
 
+// As text.
 namespace {
 
 /// What of the lap a gyro covered, where there is one that is missing somewhere.

@@ -16,8 +16,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-RobotDescription lap_robot() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
-
 RobotDescription limo() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
 
 TEST(RobotText, TellsBodyLimitsWheelsAndEveryCamera) {

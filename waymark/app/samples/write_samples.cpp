@@ -25,27 +25,16 @@
 namespace waymark {
 namespace {
 
+namespace fs = std::filesystem;
+
 /// Board of write_board_pictures(), as `waymark calibrate camera` is told.
 constexpr int kSampleBoardColumns = 6;
-
 constexpr int kSampleBoardRows = 5;
-
 constexpr double kSampleBoardTag_m = 0.03;
-
 /// Side of the tags of write_tag_pictures().
 constexpr double kSampleTag_m = 0.16;
 
-/// Six photographs of three tags each, 1.png to 6.png, and truth.json: for each picture its tags with their
-/// corners [px] and their poses in the camera frame [m, quaternion x y z w]. camera.yaml is the lens.
-Status write_tag_pictures(const std::filesystem::path& folder, std::uint64_t seed);
-
-/// Fifteen photographs of a board of 6 x 5 tags, 01.png to 15.png, by the lens of camera.yaml.
-Status write_board_pictures(const std::filesystem::path& folder, std::uint64_t seed);
-
-namespace fs = std::filesystem;
-
 constexpr int kTagPictures = 6;
-
 constexpr int kBoardPictures = 15;
 
 /// A webcam of 640 x 480 with barrel distortion.
@@ -101,6 +90,8 @@ SE3 cam_T_board_of(int picture, Random& random) {
   return {tilted, {0.16 * away_m * std::cos(1.7 * picture), 0.12 * away_m * std::sin(1.7 * picture), away_m}};
 }
 
+/// Six photographs of three tags each, 1.png to 6.png, and truth.json: for each picture its tags with their
+/// corners [px] and their poses in the camera frame [m, quaternion x y z w]. camera.yaml is the lens.
 Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   if (!lens) return tl::unexpected(lens.error());
@@ -117,6 +108,7 @@ Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
   return written ? write_lens(folder, *lens) : written;
 }
 
+/// Fifteen photographs of a board of 6 x 5 tags, 01.png to 15.png, by the lens of camera.yaml.
 Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   const Result<CalibrationTarget> target = CalibrationTarget::make(
@@ -140,8 +132,6 @@ Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
   }
   return write_lens(folder, *lens);
 }
-
-namespace fs = std::filesystem;
 
 constexpr const char* kWorld = "circuit24";
 constexpr const char* kRobot = "limo";

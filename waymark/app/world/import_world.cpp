@@ -1,4 +1,3 @@
-// From what a world in SDF shows to a world of ours: world_of().
 #include "waymark/app/world/import_world.hpp"
 
 #include <algorithm>
@@ -29,6 +28,8 @@
 
 namespace waymark {
 namespace {
+
+// Tags in the textures of a scene.
 
 /// A tag that is painted on a visual.
 struct PaintedTag {
@@ -176,6 +177,8 @@ Result<PaintedTags> find_painted_tags(const SdfScene& scene, const std::vector<s
     if (!scene.visuals[i].texture.empty()) search.add(scene.visuals[i], i);
   return found;
 }
+
+// From what a world in SDF shows to a world of ours.
 
 using Vec3 = Eigen::Vector3d;
 

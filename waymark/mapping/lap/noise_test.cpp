@@ -27,18 +27,18 @@ CameraModel lens() {
 
 /// A camera that walks past a wall of tags; it sees the nearest ones only, two at a time. All at the truth.
 LapBundle walk(int frames) {
-  constexpr int kTags = 10;
+  constexpr int kTagsOfWall = 10;
   LapBundle lap;
   Bundle& bundle = lap.bundle;
   bundle.cameras = {lens()};
   lap.map = bundle.add({}, true);
   lap.cam = bundle.add({}, true);
-  for (int i = 0; i < kTags; ++i) {
+  for (int i = 0; i < kTagsOfWall; ++i) {
     const SE3 map_T_tag(SO3::exp({0.4, 0.3 * (i % 3), 0}), Eigen::Vector3d(0.5 * i, 0.1 * (i % 2), 1.6));
     lap.tags[{FamilyId::Tag36h11, i}] = bundle.add(map_T_tag, i == 0);
   }
   for (int f = 0; f < frames; ++f) {
-    const double along = (kTags - 1.01) * f / frames;
+    const double along = (kTagsOfWall - 1.01) * f / frames;
     const PoseIndex base = bundle.add(SE3(SO3::exp({0, 0.05, 0.02}), Eigen::Vector3d(0.5 * along, 0, 0)));
     lap.bases.emplace_back(base);
     for (const int number : {static_cast<int>(along), static_cast<int>(along) + 1}) {

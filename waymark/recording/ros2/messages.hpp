@@ -15,8 +15,12 @@
     visit(__VA_ARGS__);                           \
   }
 
-/// std_msgs, geometry_msgs, nav_msgs and tf2_msgs.
+/// The ROS 2 messages we record, field by field as in their .msg files, with the genuine schema text that a
+/// ROS 2 recording carries ("ros2msg" encoding: the definition, then each dependency behind a line of 80 '='
+/// and "MSG: package/Type").
 namespace waymark::ros2 {
+
+// std_msgs, geometry_msgs, nav_msgs and tf2_msgs.
 
 struct Time {
   std::int32_t sec = 0;
@@ -117,10 +121,7 @@ struct TFMessage {
   WAYMARK_ROS2_FIELDS(self.transforms)
 };
 
-}  // namespace waymark::ros2
-
-/// sensor_msgs.
-namespace waymark::ros2 {
+// sensor_msgs.
 
 struct Imu {
   static constexpr std::string_view kType = "sensor_msgs/msg/Imu";
@@ -209,10 +210,7 @@ struct Joy {
   WAYMARK_ROS2_FIELDS(self.header, self.axes, self.buttons)
 };
 
-}  // namespace waymark::ros2
-
-/// apriltag_msgs, and waymark_msgs: what ROS 2 has no message for.
-namespace waymark::ros2 {
+// apriltag_msgs, and waymark_msgs: what ROS 2 has no message for.
 
 struct AprilTagPoint {
   double x = 0, y = 0;
@@ -276,12 +274,7 @@ struct RangeBearing {
   WAYMARK_ROS2_FIELDS(self.header, self.landmark, self.range_m, self.bearing_rad)
 };
 
-}  // namespace waymark::ros2
-
-/// The ROS 2 messages we record, field by field as in their .msg files, with the genuine schema text that a
-/// ROS 2 recording carries ("ros2msg" encoding: the definition, then each dependency behind a line of 80 '='
-/// and "MSG: package/Type").
-namespace waymark::ros2 {
+// diagnostic_msgs and visualization_msgs.
 
 struct KeyValue {
   std::string key{};
