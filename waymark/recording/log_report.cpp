@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kBucketsPerOctave = 512;
 constexpr std::uint64_t kContents_ns = 10'000'000'000;  // what a robot senses, it senses in ten seconds
-constexpr std::int64_t kJump_ns = 500'000'000;
+constexpr std::int64_t kClockJump_ns = 500'000'000;
 
 double interval_of(int bucket) { return std::exp2((bucket + 0.5) / kBucketsPerOctave); }
 
@@ -53,7 +53,7 @@ struct Counting {
   }
   void add(const LogChannel& channel, const LogMessage& message) {
     const auto since = static_cast<std::int64_t>(message.log_time - std::exchange(newest, message.log_time));
-    const bool went_back = report.messages > 0 && since < -kJump_ns;
+    const bool went_back = report.messages > 0 && since < -kClockJump_ns;
     if (went_back) jumped(since);
     first = report.messages == 0 ? message.log_time : std::min(first, message.log_time);
     last = std::max(last, message.log_time);
@@ -64,7 +64,7 @@ struct Counting {
     if (!beginning) report.stamps.add(stamp.value_or(message.log_time));
     if (!stamp || *stamp == 0) return;
     const auto offset = static_cast<std::int64_t>(*stamp - message.log_time);
-    if (!went_back && last_offset && std::abs(offset - *last_offset) > kJump_ns)
+    if (!went_back && last_offset && std::abs(offset - *last_offset) > kClockJump_ns)
       jumped(offset - *last_offset);
     last_offset = offset;
   }
