@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/cameras/v4l2/grey.hpp"
+#include "waymark/cameras/v4l2/pictures.hpp"
 #include "waymark/codecs/image_codec.hpp"
 
 namespace waymark {

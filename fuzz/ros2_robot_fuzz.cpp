@@ -11,8 +11,8 @@
 
 #include "waymark/config/share.hpp"
 #include "waymark/robots/ros2/initial_pose.hpp"
-#include "waymark/robots/ros2/message_text.hpp"
 #include "waymark/robots/ros2/robot_bridge.hpp"
+#include "waymark/robots/ros2/topic_tools.hpp"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/config/yaml/world_file.hpp"
 #include "waymark/recording/sample_recorder.hpp"
-#include "waymark/robots/simulated/simulated_source.hpp"
+#include "waymark/robots/simulated/simulated_lap.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/simulation/world/world.hpp"
 

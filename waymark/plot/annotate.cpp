@@ -15,7 +15,7 @@ namespace waymark::plot {
 namespace {
 
 using Corners = std::array<Eigen::Vector2d, 4>;
-using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using ImageSurface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
 constexpr Rgb kXAxis{235, 40, 40};
@@ -101,7 +101,7 @@ void draw_tag(cairo_t* cr, const TagDetection& detection, const ImageView& image
   draw_label(cr, to_string(detection.tag), low - gap, high + gap, std::clamp(side / 6, 10.0, 32.0), image);
 }
 
-void draw_axes(cairo_t* cr, const FrameAxes& axes, const ImageView& image) {
+void draw_tag_axes(cairo_t* cr, const FrameAxes& axes, const ImageView& image) {
   const Eigen::Vector2d reach(2.0 * image.width, 2.0 * image.height);
   const auto end = [&](const Eigen::Vector2d& px) -> Eigen::Vector2d {
     return px.cwiseMax(-reach).cwiseMin(reach);
@@ -155,8 +155,8 @@ ColorImage copy_out(cairo_surface_t* surface, int width, int height) {
 Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection> detections,
                             std::span<const FrameAxes> axes) {
   if (image.empty()) return ColorImage();
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height),
-                        cairo_surface_destroy);
+  const ImageSurface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height),
+                             cairo_surface_destroy);
   if (cairo_surface_status(surface.get()) != CAIRO_STATUS_SUCCESS) {
     return fail(ErrorCode::LimitExceeded,
                 fmt::format("cannot draw on {} x {} px: {}", image.width, image.height,
@@ -169,7 +169,7 @@ Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection
     cairo_select_font_face(context.get(), "@cairo:monospace", CAIRO_FONT_SLANT_NORMAL,
                            CAIRO_FONT_WEIGHT_BOLD);
     for (const TagDetection& detection : detections) draw_tag(context.get(), detection, image);
-    for (const FrameAxes& frame : axes) draw_axes(context.get(), frame, image);
+    for (const FrameAxes& frame : axes) draw_tag_axes(context.get(), frame, image);
   }
   return copy_out(surface.get(), image.width, image.height);
 }

@@ -102,12 +102,12 @@ constexpr double kLargestSideMm = 5000.0;
 constexpr double kMostPixels = 200e6;
 constexpr double kMostPixelsASide = 32767.0;  // cairo's own limit
 
-struct Release {
+struct CairoRelease {
   void operator()(cairo_t* canvas) const { cairo_destroy(canvas); }
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
 };
-using Canvas = std::unique_ptr<cairo_t, Release>;
-using Surface = std::unique_ptr<cairo_surface_t, Release>;
+using Canvas = std::unique_ptr<cairo_t, CairoRelease>;
+using Surface = std::unique_ptr<cairo_surface_t, CairoRelease>;
 
 cairo_status_t append(void* sink, const unsigned char* data, unsigned int count) {
   auto& bytes = *static_cast<Bytes*>(sink);

@@ -12,8 +12,8 @@
 namespace waymark::plot {
 namespace {
 
-constexpr double kCaptionHeightMm = 8.0;
-constexpr int kMostPages = 400;
+constexpr double kSquareCaptionHeightMm = 8.0;
+constexpr int kMostBoardPages = 400;
 
 double square_mm(const SquareBoardOptions& options) { return 1e3 * options.board.size_m; }
 
@@ -21,7 +21,7 @@ double square_mm(const SquareBoardOptions& options) { return 1e3 * options.board
 Box printable(const SquareBoardOptions& options, const Paper& paper) {
   const double margin_mm = 1e3 * options.margin_m;
   return {margin_mm, margin_mm, paper.width_mm - 2 * margin_mm,
-          paper.height_mm - 2 * margin_mm - kFooterHeightMm - kCaptionHeightMm};
+          paper.height_mm - 2 * margin_mm - kFooterHeightMm - kSquareCaptionHeightMm};
 }
 
 /// Squares of this size that fit along a length.
@@ -63,10 +63,10 @@ Split split_of(const SquareBoardOptions& options, double square_mm) {
   return best;
 }
 
-tl::unexpected<Error> does_not_fit(const SquareBoardOptions& options) {
+tl::unexpected<Error> squares_do_not_fit(const SquareBoardOptions& options) {
   double fitting_mm = 0;
   double failing_mm = square_mm(options);
-  const double most_pages = options.tiled ? kMostPages : 1;
+  const double most_pages = options.tiled ? kMostBoardPages : 1;
   for (int i = 0; i < 60; ++i) {
     const double middle_mm = (fitting_mm + failing_mm) / 2;
     (split_of(options, middle_mm).pages() <= most_pages ? fitting_mm : failing_mm) = middle_mm;
@@ -76,7 +76,7 @@ tl::unexpected<Error> does_not_fit(const SquareBoardOptions& options) {
   return fail(ErrorCode::InvalidArgument,
               fmt::format("{} x {} squares of {} do not fit on {}{}", options.board.columns,
                           options.board.rows, millimetres(square_mm(options)),
-                          options.tiled ? fmt::format("{} pages of ", kMostPages) : std::string(),
+                          options.tiled ? fmt::format("{} pages of ", kMostBoardPages) : std::string(),
                           options.paper.name),
               {.key = "square_size_m"},
               largest + (options.tiled ? "; or take larger paper (--paper)."
@@ -166,7 +166,8 @@ Result<SquareBoardLayout> layout_square_board(const SquareBoardOptions& options)
       options.markers.size() != board_markers(options.board).size())
     return fail(ErrorCode::InvalidArgument, "this is no board of squares with its markers");
   const Split split = split_of(options, square_mm(options));
-  if ((!options.tiled && split.pages() > 1) || split.pages() > kMostPages) return does_not_fit(options);
+  if ((!options.tiled && split.pages() > 1) || split.pages() > kMostBoardPages)
+    return squares_do_not_fit(options);
   SquareBoardLayout layout{options,      split.paper, place_footer(split.paper, 1e3 * options.margin_m),
                            split.across, split.down,  {}};
   const Box room = printable(options, split.paper);

@@ -18,7 +18,7 @@ namespace waymark::plot {
 namespace {
 
 constexpr double kSmallestSideMm = 20.0;
-constexpr double kLargestSideMm = 5000.0;
+constexpr double kLargestTagMm = 5000.0;
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -44,7 +44,7 @@ std::optional<Paper> own_size(std::string_view text) {
   return Paper{std::string(text), *width_mm, *height_mm};
 }
 
-bool sane(double side_mm) { return side_mm >= kSmallestSideMm && side_mm <= kLargestSideMm; }
+bool sane(double side_mm) { return side_mm >= kSmallestSideMm && side_mm <= kLargestTagMm; }
 
 }  // namespace
 
@@ -67,7 +67,7 @@ Result<Paper> parse_paper(std::string_view text) {
   if (const auto paper = own_size(wanted)) {
     if (sane(paper->width_mm) && sane(paper->height_mm)) return *paper;
     return fail(ErrorCode::InvalidArgument, fmt::format("paper of {} mm", paper->name), {.key = "paper"},
-                fmt::format("Each side must be {} to {} mm.", kSmallestSideMm, kLargestSideMm));
+                fmt::format("Each side must be {} to {} mm.", kSmallestSideMm, kLargestTagMm));
   }
   std::string hint = suggestion(wanted, names);
   hint += fmt::format("{}Or give WIDTHxHEIGHT in millimetres, as in 300x400.", hint.empty() ? "" : " ");
@@ -140,7 +140,7 @@ bool fits(const Family& family, double tag_size_mm, const Paper& paper, const Sh
   return best_grid(paper, tile, options.margin_m * 1e3, options.orientation, wanted).capacity() >= wanted;
 }
 
-tl::unexpected<Error> does_not_fit(const Family& family, const SheetOptions& options) {
+tl::unexpected<Error> tags_do_not_fit(const Family& family, const SheetOptions& options) {
   const double size_mm = options.tag_size_m * 1e3;
   const std::string what =
       options.per_page > 1 ? fmt::format("{} {} tags of {} do not fit on one page of {}", options.per_page,
@@ -240,7 +240,7 @@ Result<SheetLayout> layout_sheet(FamilyId id, const std::vector<int>& numbers, c
   if (const Status known = check_numbers(table, numbers); !known) return tl::unexpected<Error>(known.error());
   const double size_mm = options.tag_size_m * 1e3;
   const double margin_mm = options.margin_m * 1e3;
-  if (!fits(table, size_mm, options.paper, options)) return does_not_fit(table, options);
+  if (!fits(table, size_mm, options.paper, options)) return tags_do_not_fit(table, options);
 
   const Tile tile = tile_of(table, size_mm);
   Grid grid = best_grid(options.paper, tile, margin_mm, options.orientation, options.per_page);
@@ -371,7 +371,7 @@ void draw_name(const std::string& name, const Box& row, double taken_mm, double 
       Text{name, {middle_mm, baseline_mm}, height_mm, room_mm, Align::Middle, true, false, kMarkColor});
 }
 
-void draw_caption(const PlacedTag& placed, double tag_size_mm, std::vector<Shape>& shapes) {
+void draw_sheet_caption(const PlacedTag& placed, double tag_size_mm, std::vector<Shape>& shapes) {
   const Box& box = placed.caption;
   const double row_mm = box.height_mm * 0.4;
   const Box arrow{box.x_mm, box.y_mm + box.height_mm * 0.06, box.width_mm, row_mm};
@@ -434,7 +434,7 @@ std::vector<Drawing> draw_sheet(const SheetLayout& layout) {
     for (const PlacedTag& placed : tags) {
       page.shapes.emplace_back(Group{to_string(placed.tag)});
       page.shapes.emplace_back(Fill{outline(tag_cells(placed.tag), placed.cells), kBlack});
-      draw_caption(placed, layout.tag_size_mm, page.shapes);
+      draw_sheet_caption(placed, layout.tag_size_mm, page.shapes);
     }
     draw_footer(
         layout.footer,

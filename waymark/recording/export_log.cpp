@@ -56,7 +56,7 @@ class McapExport {
       : writer_(std::move(writer)),
         qos_(options.qos),
         progress_(log, options),
-        cdr_([this](LogProblem::Kind kind, const std::string& key, const Error& error) {
+        cdr_([this](LogProblem::TextKind kind, const std::string& key, const Error& error) {
           noted_.add(kind, key, [&] { return error; });
         }) {}
   McapExport(const McapExport&) = delete;
@@ -382,17 +382,18 @@ class Lines {
   std::string text_;
 };
 
-struct Kind {
+struct TextKind {
   const char* name;
   const char* columns;
 };
 constexpr std::array kKinds = {
-    Kind{"detections",
-         "t_ns,camera,tag,hamming,decision_margin,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_"
-         "y_px"},
-    Kind{"odometry", "t_ns,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s"},
-    Kind{"imu", "t_ns,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2"},
-    Kind{"range-bearing", "t_ns,landmark,range_m,bearing_rad"}};
+    TextKind{
+        "detections",
+        "t_ns,camera,tag,hamming,decision_margin,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_"
+        "y_px"},
+    TextKind{"odometry", "t_ns,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s"},
+    TextKind{"imu", "t_ns,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2"},
+    TextKind{"range-bearing", "t_ns,landmark,range_m,bearing_rad"}};
 
 const char* kind_of(const Sample& sample) {
   if (std::holds_alternative<TagFrame>(sample)) return kKinds[0].name;
@@ -469,7 +470,7 @@ Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
     if (!only) return tl::unexpected(only.error());
     wanted = *only;
   }
-  const auto kind = std::ranges::find_if(kKinds, [&](const Kind& k) { return k.name == wanted; });
+  const auto kind = std::ranges::find_if(kKinds, [&](const TextKind& k) { return k.name == wanted; });
   if (kind == kKinds.end())
     return fail(ErrorCode::InvalidArgument, fmt::format("no table of '{}'", wanted), {},
                 "Known: detections, odometry, imu, range-bearing.");

@@ -5,7 +5,6 @@
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 #include "waymark/app/calibrate_camera/calibrate_guided.hpp"
 #include "waymark/app/cli/detection_flags.hpp"
-#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/live/cameras.hpp"
 

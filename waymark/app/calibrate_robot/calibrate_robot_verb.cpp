@@ -1,5 +1,4 @@
 #include "waymark/app/calibrate_robot/calibrate_robot.hpp"
-#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 
 namespace waymark::cli {
@@ -36,7 +35,7 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   return job;
 }
 
-ExitCode calibrate(const CalibrateRobotArgs& args, Console& console) {
+ExitCode calibrate_drive(const CalibrateRobotArgs& args, Console& console) {
   const Result<CalibrateRobotJob> job = job_of(args);
   if (!job) return fail_usage(job.error(), console);
   const Result<CalibrateRobotReport> report = calibrate_robot(*job, control_from(console));
@@ -71,7 +70,7 @@ Examples:
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
   waymark localize lap.mcap --map map/map.yaml --calibration calibration.yaml
 )",
-      .prepare = prepared(calibrate)};
+      .prepare = prepared(calibrate_drive)};
 }
 
 }  // namespace waymark::cli

@@ -16,7 +16,7 @@
 
 #include "waymark/app/cli/flags.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/inputs/keyboard/terminal_settings.hpp"
+#include "waymark/inputs/keyboard/terminal_keys.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark::cli {

@@ -10,9 +10,6 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/cli/console.hpp"
-#include "waymark/app/cli/flags.hpp"
-#include "waymark/app/live/robot_kinds.hpp"
 #include "waymark/config/share.hpp"
 
 namespace waymark::cli {

@@ -27,8 +27,8 @@
 #include "waymark/base/error.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/robots/watchdog/command_watch.hpp"
 #include "waymark/robots/watchdog/stop_socket.hpp"
+#include "waymark/robots/watchdog/watch_robot.hpp"
 #include "waymark/runtime/commission_motion.hpp"
 
 namespace waymark {

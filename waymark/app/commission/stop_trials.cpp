@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-constexpr Duration kPeriod = std::chrono::milliseconds(50);
+constexpr Duration kOrderEvery = std::chrono::milliseconds(50);
 
 Duration seconds(double value) { return Duration(std::llround(value * 1e9)); }
 
@@ -48,9 +48,9 @@ Status listen(ProcessRobot& robot, MotionTrace& trace, double for_s,
     }
     if (command && steady_now() >= due) {
       if (Status sent = robot.command(*command); !sent) return sent;
-      due = steady_now() + kPeriod;
+      due = steady_now() + kOrderEvery;
     }
-    auto event = robot.next(kPeriod / 5);
+    auto event = robot.next(kOrderEvery / 5);
     if (!event) return tl::unexpected(event.error());
     if (!*event) continue;
     if (const auto* sample = std::get_if<Sample>(&**event)) receive(trace, *sample, {});
@@ -106,7 +106,7 @@ Result<std::optional<double>> await_silence(ProcessRobot& robot, double most_s,
   std::size_t known = 0;
   MotionTrace trace;
   while (steady_now() < until) {
-    const Status status = listen(robot, trace, to_seconds(kPeriod), VelocityCommand{}, cancelled);
+    const Status status = listen(robot, trace, to_seconds(kOrderEvery), VelocityCommand{}, cancelled);
     if (cancelled()) return fail(ErrorCode::Unreadable, "stopped");
     if (status && trace.odometry.size() > known) heard = steady_now();
     known = trace.odometry.size();

@@ -16,15 +16,15 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+ordered_json numbers_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 ordered_json solution_json(const TagPoseSolution& solution) {
   const PoseDeviations sigma = standard_deviations(solution.cam_T_tag, solution.covariance);
   const auto q = solution.cam_T_tag.rotation().quaternion();
-  return {{"cam_t_tag_m", list(solution.cam_T_tag.translation())},
+  return {{"cam_t_tag_m", numbers_of(solution.cam_T_tag.translation())},
           {"cam_q_tag_xyzw", {q.x(), q.y(), q.z(), q.w()}},
-          {"sigma_t_m", list(sigma.position_m)},
-          {"sigma_r_rad", list(sigma.rotation_rad)},
+          {"sigma_t_m", numbers_of(sigma.position_m)},
+          {"sigma_r_rad", numbers_of(sigma.rotation_rad)},
           {"rms_px", solution.rms_px},
           {"chi2", solution.chi2}};
 }

@@ -59,7 +59,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
 
 namespace {
 
-Image copy_of(const ImageView& view) {
+Image owned_copy(const ImageView& view) {
   Image image(view.width, view.height);
   for (int y = 0; y < view.height; ++y) std::copy_n(view.row(y), view.width, image.row(y));
   return image;
@@ -97,7 +97,7 @@ Status write_tags(const ConvertVideoJob& job, const std::string& format, const s
   if (!status) return status;
   status = all([&](const ImageView& picture, const TagFrame& tags) -> Status {
     if (!job.pictures.empty()) {
-      const CameraFrame kept{.stamp = tags.stamp, .image = copy_of(picture)};
+      const CameraFrame kept{.stamp = tags.stamp, .image = owned_copy(picture)};
       if (Status added = record_picture(kept, job.pictures, *recorder); !added) return added;
     }
     return recorder->add(tags);

@@ -26,14 +26,14 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 /// So many decimals, and -0 as 0: the same bytes wherever only the last bit of the arithmetic differs.
-double rounded(double value, double per_unit) {
+double rounded_to(double value, double per_unit) {
   constexpr double kLargest = 1e9;  // beyond it a double has no such decimals
   return std::abs(value) < kLargest ? std::round(value * per_unit) / per_unit + 0.0 : value;
 }
 
 ordered_json point(const Eigen::Vector2d& px) {
   constexpr double kPerPx = 1e6;
-  return ordered_json::array({rounded(px.x(), kPerPx), rounded(px.y(), kPerPx)});
+  return ordered_json::array({rounded_to(px.x(), kPerPx), rounded_to(px.y(), kPerPx)});
 }
 
 ordered_json rows(const CornerCovariance& covariance) {
@@ -53,7 +53,7 @@ ordered_json to_json(const TagDetection& detection, bool with_covariance) {
   value["family"] = std::string(to_string(detection.tag.family));
   value["id"] = detection.tag.number;
   value["hamming"] = detection.hamming;
-  value["decision_margin"] = rounded(detection.decision_margin, 1e4);
+  value["decision_margin"] = rounded_to(detection.decision_margin, 1e4);
   value["corners_px"] = ordered_json::array();
   for (const auto& corner : corners) value["corners_px"].push_back(point(corner));
   value["center_px"] = point(center_px(corners));
@@ -86,9 +86,9 @@ bool is_nested_too_deep(std::string_view json_text) {
 }
 
 /// Reads values of one JSON object; the first that is missing or of the wrong kind is kept as the error.
-class Reader {
+class ReportReader {
  public:
-  Reader(const json& object, Place place, std::string path)
+  ReportReader(const json& object, Place place, std::string path)
       : object_(object), place_(std::move(place)), path_(std::move(path)) {}
 
   double number(const char* key) {
@@ -152,7 +152,7 @@ class Reader {
 };
 
 Result<TagDetection> read_detection(const json& object, const Place& place, std::size_t index) {
-  Reader reader(object, place, fmt::format("detections[{}]", index));
+  ReportReader reader(object, place, fmt::format("detections[{}]", index));
   TagDetection detection;
   const auto tag = parse_tag_id(reader.text("tag"));
   if (tag) detection.tag = *tag;
@@ -171,7 +171,7 @@ Result<TagDetection> read_detection(const json& object, const Place& place, std:
 }
 
 Result<PictureReport> read_report(const json& object, const Place& place) {
-  Reader reader(object, place, "");
+  ReportReader reader(object, place, "");
   PictureReport report{.image = reader.text("image")};
   if (reader.has("width_px")) report.width_px = reader.integer("width_px");
   if (reader.has("height_px")) report.height_px = reader.integer("height_px");

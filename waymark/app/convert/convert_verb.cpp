@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 
-#include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/common/camera_tags.hpp"

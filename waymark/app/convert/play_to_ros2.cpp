@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "waymark/app/convert/play_log.hpp"
-#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_environment.hpp"
 #include "waymark/robots/ros2/log_publisher.hpp"
 #include "waymark/robots/ros2/topic_tools.hpp"
-#include "waymark/robots/ros2/zero_guard.hpp"
+#include "waymark/robots/ros2/velocity_commands.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

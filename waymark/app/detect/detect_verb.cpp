@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/detect/detect_cameras.hpp"

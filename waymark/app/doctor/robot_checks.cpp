@@ -16,13 +16,13 @@
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/ros2/messages.hpp"
-#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 #include "waymark/robots/gazebo/gazebo_robot.hpp"
-#include "waymark/robots/mbot/presence.hpp"
-#include "waymark/robots/process/sender_watch.hpp"
+#include "waymark/robots/mbot/lcm_link.hpp"
+#include "waymark/robots/process/command_sender.hpp"
+#include "waymark/robots/ros2/other_publishers.hpp"
 #include "waymark/robots/ros2/profile.hpp"
-#include "waymark/robots/ros2/publisher_names.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -166,8 +166,8 @@ std::vector<DoctorLine> limo_lines(const std::string& port, const LimoHeard& hea
 }  // namespace
 
 std::vector<DoctorLine> check_limo(const std::string& port, const DoctorCancelled& cancelled) {
-  constexpr Duration kListen = std::chrono::milliseconds(1500);
-  const auto heard = listen_to_limo(port, kListen, cancelled);
+  constexpr Duration kListenFor = std::chrono::milliseconds(1500);
+  const auto heard = listen_to_limo(port, kListenFor, cancelled);
   if (heard) return limo_lines(port, *heard);
   return {{"robot", DoctorLevel::Fail, port + ": " + heard.error().message, heard.error().hint}};
 }
@@ -216,10 +216,10 @@ class MbotListener {
 }  // namespace
 
 std::vector<DoctorLine> check_mbot(const std::string& address, const DoctorCancelled& cancelled) {
-  constexpr Duration kListen = std::chrono::milliseconds(1500);
+  constexpr Duration kListenFor = std::chrono::milliseconds(1500);
   const auto link = open_lcm(address);
   MbotListener listener;
-  const Status status = link ? listener.listen(**link, kListen, cancelled) : tl::unexpected(link.error());
+  const Status status = link ? listener.listen(**link, kListenFor, cancelled) : tl::unexpected(link.error());
   if (!status) return {{"robot", DoctorLevel::Fail, status.error().message, status.error().hint}};
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kMbotHowTo);
   if (listener.simulated()) lines.front().words += "; it is simulated";
@@ -353,7 +353,7 @@ std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, co
 }  // namespace
 
 std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCancelled& cancelled) {
-  constexpr Duration kListen = std::chrono::seconds(3);
+  constexpr Duration kListenFor = std::chrono::seconds(3);
   const auto failed = [](const Error& error) {
     return std::vector<DoctorLine>{{"robot", DoctorLevel::Fail, to_string(error), kRos2HowTo}};
   };
@@ -364,7 +364,7 @@ std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCance
   const auto bus = open_bus(*options);
   if (!bus) return failed(bus.error());
   Ros2Listener listener(**bus, *found);
-  if (Status status = listener.listen(kListen, cancelled); !status) return failed(status.error());
+  if (Status status = listener.listen(kListenFor, cancelled); !status) return failed(status.error());
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kRos2HowTo);
   for (DoctorLine& line : listener.robot_lines()) lines.push_back(std::move(line));
   for (DoctorLine& line : profile_lines(*found)) lines.push_back(std::move(line));
@@ -416,11 +416,11 @@ Result<NetworkHeard> listen_to_gazebo(GazeboLink& link, const GazeboProfile& pro
 }  // namespace
 
 std::vector<DoctorLine> check_gazebo(const std::string& profile, const DoctorCancelled& cancelled) {
-  constexpr Duration kListen = std::chrono::seconds(2);
+  constexpr Duration kListenFor = std::chrono::seconds(2);
   const auto found = find_gazebo_profile(profile);
   const auto link = found ? open_gazebo() : tl::unexpected(found.error());
   const auto heard =
-      link ? listen_to_gazebo(**link, *found, kListen, cancelled) : tl::unexpected(link.error());
+      link ? listen_to_gazebo(**link, *found, kListenFor, cancelled) : tl::unexpected(link.error());
   if (!heard) return {{"robot", DoctorLevel::Fail, to_string(heard.error()), kGazeboHowTo}};
   return network_lines(*heard, kGazeboHowTo);
 }

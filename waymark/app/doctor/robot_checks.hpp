@@ -7,7 +7,7 @@
 
 #include "waymark/app/doctor/computer_checks.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/robots/limo/limo_probe.hpp"
+#include "waymark/robots/limo/serial_port.hpp"
 
 /// Checks of robots on a network (`waymark doctor --robot`): they only listen.
 namespace waymark {

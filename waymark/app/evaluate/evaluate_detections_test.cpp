@@ -150,7 +150,7 @@ TEST_F(EvaluateDetections, FilesThatCannotBeReadAreErrorsWithTheirLine) {
   EXPECT_FALSE(evaluate_again());
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
+std::vector<std::string> score_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
@@ -169,7 +169,7 @@ DetectionScores scores_of_two_classes() {
 }
 
 TEST(DetectionsText, ScoresAreSumsAndARowAClass) {
-  const auto lines = lines_of(to_text(scores_of_two_classes()));
+  const auto lines = score_lines(to_text(scores_of_two_classes()));
   EXPECT_THAT(lines[0], HasSubstr("8 true tags, 7 reported: 6 correct (recall 75.0 %), 1 wrong ids"));
   EXPECT_THAT(lines[1], HasSubstr("RMSE 0.1250 px"));
   const std::string all = to_text(scores_of_two_classes());

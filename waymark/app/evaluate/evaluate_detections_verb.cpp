@@ -37,7 +37,7 @@ Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
   return job;
 }
 
-ExitCode evaluate(const EvaluateArgs& args, Console& console) {
+ExitCode evaluate_found(const EvaluateArgs& args, Console& console) {
   const auto job = job_of(args);
   if (!job) return console.failed(job.error(), ExitCode::Usage);
   TagFinder finder;
@@ -74,7 +74,7 @@ Examples:
   waymark detect --json --covariance photograph.png > tags.jsonl
   waymark evaluate detections --truth truth.csv --detections tags.jsonl
 )",
-      .prepare = prepared(evaluate)};
+      .prepare = prepared(evaluate_found)};
 }
 
 }  // namespace waymark::cli

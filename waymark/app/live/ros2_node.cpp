@@ -34,7 +34,7 @@ struct HeadedOdometry {
 };
 
 /// The topic that says the frame of the camera, the lightest first.
-std::pair<std::string, std::string_view> topic_of_camera(const Ros2Profile& profile) {
+std::pair<std::string, std::string_view> camera_topic_of(const Ros2Profile& profile) {
   if (!profile.camera_info_topic.empty()) return {profile.camera_info_topic, ros2::CameraInfo::kType};
   if (!profile.detections_topic.empty())
     return {profile.detections_topic, ros2::AprilTagDetectionArray::kType};
@@ -68,7 +68,7 @@ Status RobotFrames::join(Bus& bus) {
   if (robot_.profile && status)
     status = listen(bus, robot_.profile->odometry_topic, ros2::Odometry::kType, kNewest, odometry_);
   if (!robot_.profile || !robot_.own_pictures || !status) return status;
-  const auto [topic, type] = topic_of_camera(*robot_.profile);
+  const auto [topic, type] = camera_topic_of(*robot_.profile);
   return topic.empty() ? status : listen(bus, topic, type, kNewest, pictures_);
 }
 
@@ -139,7 +139,7 @@ std::optional<ros2::TFMessage> RobotFrames::mount(Bus& bus, const std::string& c
 
 namespace {
 
-constexpr Duration kSlice = std::chrono::milliseconds(5);
+constexpr Duration kNodeSlice = std::chrono::milliseconds(5);
 constexpr Duration kStatusPeriod = std::chrono::seconds(1);
 constexpr std::size_t kOdometryKept = 100;
 constexpr std::size_t kMostPoses = 5000;  // of the path
@@ -151,15 +151,15 @@ struct Rule {
   std::string_view phase;
   ViewerOrder::Kind press;
 };
-using Kind = ViewerOrder::Kind;
+using OrderKind = ViewerOrder::Kind;
 constexpr Rule kRules[] = {
-    {"start_teach", "idle", Kind::Teach}, {"start_teach", "ready", Kind::Teach},
-    {"start_teach", "done", Kind::Teach}, {"start_teach", "stopped", Kind::Teach},
-    {"map", "teaching", Kind::Go},        {"replay", "ready", Kind::Go},
-    {"replay", "done", Kind::Go},         {"replay", "stopped", Kind::Go},
-    {"replay", "paused", Kind::Go},       {"pause", "replaying", Kind::Go},
-    {"stop", "replaying", Kind::Stop},    {"stop", "paused", Kind::Stop},
-    {"stop", "teaching", Kind::Stop},
+    {"start_teach", "idle", OrderKind::Teach}, {"start_teach", "ready", OrderKind::Teach},
+    {"start_teach", "done", OrderKind::Teach}, {"start_teach", "stopped", OrderKind::Teach},
+    {"map", "teaching", OrderKind::Go},        {"replay", "ready", OrderKind::Go},
+    {"replay", "done", OrderKind::Go},         {"replay", "stopped", OrderKind::Go},
+    {"replay", "paused", OrderKind::Go},       {"pause", "replaying", OrderKind::Go},
+    {"stop", "replaying", OrderKind::Stop},    {"stop", "paused", OrderKind::Stop},
+    {"stop", "teaching", OrderKind::Stop},
 };
 
 /// The odometry at a moment: the newest that is not later, else the oldest.
@@ -182,7 +182,7 @@ bool is_as_before(LiveStatus now, const LiveStatus& before) {
 ViewerWords service_words() {
   const std::string buttons = fmt::format("services of ROS 2: /waymark/{}", fmt::join(kServices, ", "));
   const auto of_state = [](OperatorState state) {
-    const Kind pressed = state == OperatorState::Idle ? Kind::Teach : Kind::Go;
+    const OrderKind pressed = state == OperatorState::Idle ? OrderKind::Teach : OrderKind::Go;
     const auto go = std::ranges::find_if(
         kRules, [&](const Rule& rule) { return rule.phase == to_string(state) && rule.press == pressed; });
     const std::string_view name = go == std::end(kRules) ? "replay" : go->service;
@@ -198,7 +198,7 @@ ServiceButton button_of_service(const std::string& service, const std::string& p
   for (const Rule& rule : kRules)
     if (rule.service == service && rule.phase == phase)
       return {rule.press, fmt::format("{} in phase {}", service, phase)};
-  if (service == "stop") return {Kind::Stop, "stop"};  // whatever happens, it is never refused
+  if (service == "stop") return {OrderKind::Stop, "stop"};  // whatever happens, it is never refused
   return {{}, fmt::format("{} has no effect in phase '{}'", service, phase)};
 }
 
@@ -252,7 +252,7 @@ void Ros2Node::receive(const BusMessage& message) {
 
 void Ros2Node::run() {
   while (!over_) {
-    if (const auto message = bus_->next(kSlice)) receive(*message);
+    if (const auto message = bus_->next(kNodeSlice)) receive(*message);
     publish_updates();
   }
 }

@@ -14,9 +14,8 @@
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/config/yaml/route_file.hpp"
 #include "waymark/recording/ros2/map_markers.hpp"
-#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_environment.hpp"
-#include "waymark/robots/dds/ros_graph.hpp"
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 

@@ -96,7 +96,7 @@ SE3 map_T_optical(const CameraMoment& moment) {
   return moment.map_T_body->mean * SE3(body_R_optical(), Eigen::Vector3d::Zero());
 }
 
-struct Motion {
+struct CameraMotion {
   SE3 cam_T_map{};
   Vector6 twist{};  ///< left tangent of cam_T_map a second
 };
@@ -114,21 +114,21 @@ const CameraMoment* neighbour(const std::vector<CameraMoment>& moments, std::siz
 }
 
 /// The motion between the poses around a moment, which may have none itself.
-std::optional<Motion> motion_at(const std::vector<CameraMoment>& moments, std::size_t i) {
+std::optional<CameraMotion> motion_at(const std::vector<CameraMoment>& moments, std::size_t i) {
   const CameraMoment* before = neighbour(moments, i, -1);
   const CameraMoment* after = neighbour(moments, i, +1);
   if (before == nullptr || after == nullptr || !(before->stamp < after->stamp)) return std::nullopt;
   const SE3 before_T_map = map_T_optical(*before).inverse();
   const SE3 after_T_before = map_T_optical(*after).inverse() * before_T_map.inverse();
   const Vector6 twist = after_T_before.log() / to_seconds(after->stamp - before->stamp);
-  if (moments[i].map_T_body) return Motion{map_T_optical(moments[i]).inverse(), twist};
+  if (moments[i].map_T_body) return CameraMotion{map_T_optical(moments[i]).inverse(), twist};
   const double since_s = to_seconds(moments[i].stamp - before->stamp);
-  return Motion{SE3::exp(since_s * twist) * before_T_map, twist};
+  return CameraMotion{SE3::exp(since_s * twist) * before_T_map, twist};
 }
 
 /// With the corners as they were at the time of the middle row.
-TagFrame at_middle_row(const Motion& motion, const TagMap& map, const CameraModel& camera, double readout_s,
-                       TagFrame frame) {
+TagFrame at_middle_row(const CameraMotion& motion, const TagMap& map, const CameraModel& camera,
+                       double readout_s, TagFrame frame) {
   for (TagDetection& detection : frame.detections) {
     const MappedTag* tag = map.find(detection.tag);
     if (tag == nullptr) continue;

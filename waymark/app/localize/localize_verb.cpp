@@ -1,8 +1,6 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/cli/console.hpp"
-#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/app/live/viewers.hpp"

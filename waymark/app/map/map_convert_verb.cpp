@@ -28,7 +28,7 @@ std::string form_of(const ConvertMapArgs& args) {
   return args.to->count() == 0 && fmap ? "fmap" : args.form;
 }
 
-ExitCode convert(const ConvertMapArgs& args, Console& console) {
+ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
   const Result<MapForm> form = map_form(form_of(args));
   if (!form) return console.failed(form.error(), ExitCode::Usage);
   ConvertMapJob job = args.job;
@@ -63,7 +63,7 @@ Examples:
   waymark map convert map layout.json --to wpilib
   waymark map convert map field.fmap
 )",
-      .prepare = prepared(convert)};
+      .prepare = prepared(convert_one_map)};
 }
 
 }  // namespace waymark::cli

@@ -120,7 +120,7 @@ TEST_F(MapLap, NoFileAndNoFolderAreErrorsWithTheirPlace) {
   EXPECT_EQ(unwritable.error().code, ErrorCode::Unwritable);
 }
 
-constexpr TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
+constexpr TagId lap_tag(int number) { return {FamilyId::Tag36h11, number}; }
 
 /// The lap of a robot that keeps poses of tags and no corners.
 RecordedLap lap_of_poses() {
@@ -135,7 +135,7 @@ RecordedLap lap_of_poses() {
     for (int t = 0; t < 4; ++t) {
       const SE3 map_T_tag(body_R_optical(), {4, 0.6 * t - 1, 0.3});
       const SE3 cam_T_tag = (lift(base) * *lap.setup.base_T_cam).inverse() * map_T_tag;
-      frame.tags.push_back({tag(t), cam_T_tag});
+      frame.tags.push_back({lap_tag(t), cam_T_tag});
     }
     lap.tag_poses.push_back(frame);
   }
@@ -153,10 +153,10 @@ TEST(MapPoses, TheMapStandsWhereTheLapBegan) {
   ASSERT_TRUE(report.poses);
   EXPECT_EQ(map->tags.tags.size(), 4U);
   EXPECT_TRUE(map->tags.find(map->anchor) != nullptr);
-  EXPECT_NEAR(
-      (map->tags.find(tag(0))->map_T_tag.translation() - map->tags.find(tag(3))->map_T_tag.translation())
-          .norm(),
-      1.8, 0.05)
+  EXPECT_NEAR((map->tags.find(lap_tag(0))->map_T_tag.translation() -
+               map->tags.find(lap_tag(3))->map_T_tag.translation())
+                  .norm(),
+              1.8, 0.05)
       << "distances are those of the place";
   EXPECT_THAT(report.warnings, IsEmpty());
 }

@@ -5,9 +5,7 @@
 
 #include <CLI/App.hpp>
 
-#include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/detection_flags.hpp"
-#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/map/map_words.hpp"

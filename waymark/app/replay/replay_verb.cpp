@@ -1,6 +1,5 @@
 #include <utility>
 
-#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/cli/replay_flags.hpp"
 #include "waymark/app/cli/robot_flags.hpp"

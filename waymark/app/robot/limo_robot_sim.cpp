@@ -35,7 +35,7 @@ std::string WireFaults::pass(std::span<const std::uint8_t> frame) {
 
 namespace {
 
-constexpr int kPictureQuality = 92;
+constexpr int kBesideQuality = 92;
 constexpr std::size_t kMostWaiting = std::size_t{1} << 20U;
 constexpr double kBatteryVolts = 11.8;
 constexpr Duration kStatePeriod = std::chrono::milliseconds(100);
@@ -168,7 +168,7 @@ class LimoRobotSim {
   }
   Status say(const CameraFrame& frame) {
     if (!pipe_.open()) return {};
-    const auto jpeg = encode_jpeg(frame.image, kPictureQuality);
+    const auto jpeg = encode_jpeg(frame.image, kBesideQuality);
     if (!jpeg) return tl::unexpected(jpeg.error());
     lines_.push(to_line(frame, *jpeg));
     return {};

@@ -11,7 +11,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/recording/lcm/mbot_messages.hpp"
-#include "waymark/robots/mbot/presence.hpp"
+#include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

@@ -6,8 +6,8 @@
 #include "waymark/app/robot/gazebo_robot_sim.hpp"
 #include "waymark/app/robot/plant.hpp"
 #include "waymark/app/robot/ros2_robot_sim.hpp"
-#include "waymark/robots/dds/open_bus.hpp"
-#include "waymark/robots/mbot/presence.hpp"
+#include "waymark/robots/dds/bus.hpp"
+#include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/simulation/world/world.hpp"
 
 namespace waymark {

@@ -15,7 +15,7 @@
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
-#include "waymark/robots/ros2/publisher_names.hpp"
+#include "waymark/robots/ros2/other_publishers.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

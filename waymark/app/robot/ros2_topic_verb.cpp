@@ -2,9 +2,8 @@
 
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/cli/robot_flags.hpp"
+#include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/discovery.hpp"
-#include "waymark/robots/dds/open_bus.hpp"
-#include "waymark/robots/ros2/message_text.hpp"
 #include "waymark/robots/ros2/topic_tools.hpp"
 
 namespace waymark::cli {

@@ -1,4 +1,3 @@
-#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/app/session/explore_world.hpp"

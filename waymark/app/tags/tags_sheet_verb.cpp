@@ -32,7 +32,7 @@ Result<plot::SheetLayout> plan(const SheetArgs& args) {
   return plot::layout_sheet(*family, *numbers, options);
 }
 
-ExitCode draw(const SheetArgs& args, Console& console) {
+ExitCode draw_sheet(const SheetArgs& args, Console& console) {
   const auto layout = plan(args);
   if (!layout) return fail_usage(layout.error(), console);
   return args.paper.write(*layout, plot::draw_sheet(*layout), console);
@@ -57,7 +57,7 @@ Examples:
   waymark tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf
   waymark tags sheet --ids 0-3,7,9 --tag-size-m 0.05 --per-page 1 --dpi 600 -o tags.png
 )",
-      .prepare = prepared(draw)};
+      .prepare = prepared(draw_sheet)};
 }
 
 }  // namespace waymark::cli

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/cli/robot_flags.hpp"
 #include "waymark/app/live/inputs.hpp"

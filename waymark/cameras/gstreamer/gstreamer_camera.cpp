@@ -1,7 +1,5 @@
 #include "waymark/cameras/gstreamer/gstreamer_camera.hpp"
 
-#include "waymark/cameras/gstreamer/libgst.hpp"
-
 #ifdef WAYMARK_HAVE_GSTREAMER
 
 #include <algorithm>
@@ -9,13 +7,87 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <gst/app/gstappsink.h>
+#include <gst/gst.h>
 
+#include "waymark/modules/load_module.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
+namespace internal {
+
+// clang-format off
+#define WAYMARK_GSTREAMER(F)                                                                          \
+  F(gst_init_check) F(gst_parse_launch) F(gst_bin_get_by_name) F(gst_element_set_state)               \
+  F(gst_element_get_state) F(gst_element_get_base_time) F(gst_element_get_bus) F(gst_element_get_clock) \
+  F(gst_clock_get_time) F(gst_bus_pop_filtered) F(gst_message_parse_error) F(gst_object_unref)        \
+  F(gst_mini_object_unref) F(gst_sample_get_buffer) F(gst_sample_get_caps) F(gst_buffer_map)          \
+  F(gst_buffer_unmap) F(gst_caps_get_structure) F(gst_structure_get_int)
+#define WAYMARK_GSTREAMER_APP(F) F(gst_app_sink_try_pull_sample) F(gst_app_sink_is_eos)
+#define WAYMARK_GOBJECT(F) F(g_object_set)
+#define WAYMARK_GLIB(F) F(g_error_free) F(g_free)
+// clang-format on
+
+/// The functions of GStreamer that are used here, looked up when first needed.
+struct Gstreamer {
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
+#define WAYMARK_GSTREAMER_MEMBER(name) decltype(&::name) name = nullptr;
+  WAYMARK_GSTREAMER(WAYMARK_GSTREAMER_MEMBER)
+  WAYMARK_GSTREAMER_APP(WAYMARK_GSTREAMER_MEMBER)
+  WAYMARK_GOBJECT(WAYMARK_GSTREAMER_MEMBER)
+  WAYMARK_GLIB(WAYMARK_GSTREAMER_MEMBER)
+#undef WAYMARK_GSTREAMER_MEMBER
+};
+
+}  // namespace internal
+
 namespace {
 
 using internal::Gstreamer;
+
+constexpr const char* kPackages = "gstreamer1.0-plugins-base gstreamer1.0-plugins-good";
+
+tl::unexpected<Error> missing(const std::string& what) {
+  return fail(ErrorCode::Unsupported, "gstreamer: needs GStreamer: " + what, {},
+              std::string("Install it: sudo apt install ") + kPackages);
+}
+
+Result<Gstreamer> load() {
+  SharedLibrary core("libgstreamer-1.0.so.0");
+  SharedLibrary app("libgstapp-1.0.so.0");
+  SharedLibrary gobject("libgobject-2.0.so.0");
+  SharedLibrary glib("libglib-2.0.so.0");
+  Gstreamer gst;
+#define WAYMARK_GSTREAMER_CORE(name) core.look_up(#name, gst.name);
+#define WAYMARK_GSTREAMER_SINK(name) app.look_up(#name, gst.name);
+#define WAYMARK_GSTREAMER_OBJECT(name) gobject.look_up(#name, gst.name);
+#define WAYMARK_GSTREAMER_GLIB(name) glib.look_up(#name, gst.name);
+  WAYMARK_GSTREAMER(WAYMARK_GSTREAMER_CORE)
+  WAYMARK_GSTREAMER_APP(WAYMARK_GSTREAMER_SINK)
+  WAYMARK_GOBJECT(WAYMARK_GSTREAMER_OBJECT)
+  WAYMARK_GLIB(WAYMARK_GSTREAMER_GLIB)
+#undef WAYMARK_GSTREAMER_CORE
+#undef WAYMARK_GSTREAMER_SINK
+#undef WAYMARK_GSTREAMER_OBJECT
+#undef WAYMARK_GSTREAMER_GLIB
+  for (const SharedLibrary* library : {&core, &app, &gobject, &glib})
+    if (!library->missing().empty()) return missing(library->missing());
+  GError* error = nullptr;
+  if (gst.gst_init_check(nullptr, nullptr, &error) == 0) {
+    const std::string words = error != nullptr ? error->message : "it does not start";
+    if (error != nullptr) gst.g_error_free(error);
+    return missing(words);
+  }
+  return gst;
+}
+
+/// The libraries, loaded and initialized by the first call and then kept. Unsupported where they are missing:
+/// the error says which packages to install. May be called from any thread.
+Result<const Gstreamer*> gstreamer() {
+  static const Result<Gstreamer> loaded = load();
+  if (!loaded) return tl::unexpected(loaded.error());
+  return &*loaded;
+}
 
 // videoconvert makes grey of any format; where the source gives grey or a plane of luma, it copies.
 constexpr const char* kTail =
@@ -173,7 +245,7 @@ GstreamerCamera::~GstreamerCamera() = default;
 
 Result<std::unique_ptr<GstreamerCamera>> GstreamerCamera::open(const std::string& pipeline,
                                                                const std::string& name) {
-  const auto gst = internal::gstreamer();
+  const auto gst = gstreamer();
   if (!gst) return tl::unexpected(gst.error());
   auto impl = std::make_unique<Impl>(**gst, pipeline, name);
   impl->about = pipeline;

@@ -1,15 +1,185 @@
 #include "waymark/cameras/v4l2/capture_thread.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <poll.h>
 #include <sys/eventfd.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include "waymark/cameras/v4l2/controls.hpp"
+#include "waymark/cameras/v4l2/device.hpp"
+#include "waymark/cameras/v4l2/device_list.hpp"
 
 namespace waymark::internal {
+namespace {
+
+/// One is converted, one waits to be taken, and the driver fills the others.
+constexpr std::uint32_t kBuffers = 6;
+constexpr std::uint32_t kFewestBuffers = 3;
+
+v4l2_buffer of_capture(std::uint32_t index = 0) {
+  v4l2_buffer buffer{};
+  buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  buffer.memory = V4L2_MEMORY_MMAP;
+  buffer.index = index;
+  return buffer;
+}
+
+std::optional<Duration> stamp_of(const v4l2_buffer& buffer) {
+  if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) return std::nullopt;
+  return std::chrono::seconds(buffer.timestamp.tv_sec) + std::chrono::microseconds(buffer.timestamp.tv_usec);
+}
+
+}  // namespace
+
+Error CaptureStream::failed(const std::string& what, int error) const {
+  return device_error(path_, what, error);
+}
+
+Result<std::shared_ptr<CaptureStream>> CaptureStream::open(const V4l2Options& options) {
+  auto device = open_device(options.device);
+  if (!device) return tl::unexpected(device.error());
+  const std::shared_ptr<CaptureStream> stream(new CaptureStream(std::move(*device), options.device));
+  const auto named = read_capabilities(stream->number(), options.device);
+  if (!named) return tl::unexpected(named.error());
+  stream->card_ = named->card;
+  Status status = stream->set_mode(options);
+  for (const auto& [name, value] : options.controls)
+    if (status) status = write_control(stream->number(), options.device, name, value);
+  if (status && options.lock) status = lock_controls(stream->number(), options.device);
+  if (status) status = stream->map_buffers();
+  if (status) status = stream->begin();
+  if (!status) return tl::unexpected(status.error());
+  return stream;
+}
+
+Status CaptureStream::set_mode(const V4l2Options& options) {
+  if (Status set = set_format(options); !set) return set;
+  set_rate(rate_hz_);
+  return {};
+}
+
+Status CaptureStream::set_format(const V4l2Options& options) {
+  v4l2_format format{};
+  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  if (const int error = control_device(number(), VIDIOC_G_FMT, &format); error != 0)
+    return tl::unexpected(failed("does not say its format", error));
+  v4l2_pix_format& pixels = format.fmt.pix;
+  const WantedMode now{.width = static_cast<int>(pixels.width), .height = static_cast<int>(pixels.height)};
+  const auto wanted = choose_mode(read_modes(number()), options, now);
+  if (!wanted) return tl::unexpected(wanted.error());
+  rate_hz_ = wanted->rate_hz;
+  pixels = {};
+  pixels.width = static_cast<std::uint32_t>(wanted->width);
+  pixels.height = static_cast<std::uint32_t>(wanted->height);
+  pixels.pixelformat = fourcc_of(wanted->format);
+  pixels.field = V4L2_FIELD_ANY;
+  if (const int error = control_device(number(), VIDIOC_S_FMT, &format); error != 0)
+    return tl::unexpected(failed("refuses its format", error));
+  const bool agreed = pixels.pixelformat == fourcc_of(wanted->format) &&
+                      static_cast<int>(pixels.width) == wanted->width &&
+                      static_cast<int>(pixels.height) == wanted->height;
+  const bool packed = wanted->format == PixelFormat::Yuyv || wanted->format == PixelFormat::Uyvy;
+  const auto row_bytes = pixels.width * (packed ? 2U : 1U);
+  if (!agreed)
+    return fail(ErrorCode::Unsupported,
+                fmt::format("the camera was asked for {} {}x{} and gives {} {}x{}", to_string(wanted->format),
+                            wanted->width, wanted->height, fourcc_name(pixels.pixelformat), pixels.width,
+                            pixels.height),
+                {.source = path_}, "Ask for another size or format.");
+  layout_ = {wanted->format, wanted->width, wanted->height,
+             static_cast<int>(std::max(pixels.bytesperline, row_bytes))};
+  return {};
+}
+
+void CaptureStream::set_rate(double wanted_hz) {
+  v4l2_streamparm parameters{};
+  parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  if (wanted_hz > 0) {
+    constexpr std::uint32_t kPerThousand = 1000;
+    parameters.parm.capture.timeperframe = {
+        kPerThousand, static_cast<std::uint32_t>(std::lround(wanted_hz * kPerThousand))};
+    (void)control_device(number(), VIDIOC_S_PARM, &parameters);
+  }
+  // The driver says which rate it took; one that says none keeps the wanted one.
+  const v4l2_fract& interval = parameters.parm.capture.timeperframe;
+  if (control_device(number(), VIDIOC_G_PARM, &parameters) == 0 && interval.numerator > 0)
+    rate_hz_ = static_cast<double>(interval.denominator) / interval.numerator;
+}
+
+Status CaptureStream::map_buffers() {
+  v4l2_requestbuffers request{};
+  request.count = kBuffers;
+  request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  request.memory = V4L2_MEMORY_MMAP;
+  if (const int error = control_device(number(), VIDIOC_REQBUFS, &request); error != 0)
+    return tl::unexpected(failed("gives no buffers", error));
+  if (request.count < kFewestBuffers)
+    return fail(ErrorCode::Unsupported, fmt::format("the camera has {} buffers only", request.count),
+                {.source = path_}, "Ask for a smaller size.");
+  for (std::uint32_t i = 0; i < request.count; ++i) {
+    v4l2_buffer buffer = of_capture(i);
+    if (const int error = control_device(number(), VIDIOC_QUERYBUF, &buffer); error != 0)
+      return tl::unexpected(failed("does not describe its buffers", error));
+    void* data =
+        ::mmap(nullptr, buffer.length, PROT_READ, MAP_SHARED, number(), static_cast<off_t>(buffer.m.offset));
+    if (data == MAP_FAILED) return tl::unexpected(failed("does not map its buffers", errno));  // NOLINT
+    buffers_.push_back({data, buffer.length});
+  }
+  return {};
+}
+
+Status CaptureStream::begin() {
+  for (std::uint32_t i = 0; i < buffers_.size(); ++i) give_back(i);
+  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  const int error = control_device(number(), VIDIOC_STREAMON, &type);
+  return error == 0 ? Status() : tl::unexpected(failed("does not begin to stream", error));
+}
+
+CaptureStream::~CaptureStream() {
+  int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  (void)control_device(number(), VIDIOC_STREAMOFF, &type);
+  for (const Mapping& buffer : buffers_) ::munmap(buffer.data, buffer.size);
+}
+
+void CaptureStream::wait(Duration most, int wake) const {
+  std::array<pollfd, 2> watched = {pollfd{number(), POLLIN, 0}, pollfd{wake, POLLIN, 0}};
+  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(most).count();
+  (void)::poll(watched.data(), watched.size(), static_cast<int>(ms));
+}
+
+Result<std::optional<FilledBuffer>> CaptureStream::take() {
+  v4l2_buffer buffer = of_capture();
+  const int error = control_device(number(), VIDIOC_DQBUF, &buffer);
+  if (error == EAGAIN) return std::optional<FilledBuffer>();
+  if (error != 0) return tl::unexpected(failed("delivers no picture", error));
+  if (buffer.index >= buffers_.size())
+    return fail(ErrorCode::Unreadable, "the driver names a buffer that is not there", {.source = path_});
+  const Mapping& mapping = buffers_[buffer.index];
+  const auto* bytes = static_cast<const std::uint8_t*>(mapping.data);
+  return std::optional(FilledBuffer{
+      .index = buffer.index,
+      .bytes = {bytes, std::min<std::size_t>(buffer.bytesused, mapping.size)},
+      .sequence = buffer.sequence,
+      .stamp = stamp_of(buffer),
+      .start_of_exposure = (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE,
+      .damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0});
+}
+
+void CaptureStream::give_back(std::uint32_t index) {
+  v4l2_buffer buffer = of_capture(index);
+  (void)control_device(number(), VIDIOC_QBUF, &buffer);  // an unplugged device is noticed by take()
+}
+
 namespace {
 
 constexpr Duration kPatience = std::chrono::milliseconds(500);

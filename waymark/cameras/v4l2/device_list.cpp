@@ -2,16 +2,25 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string_view>
+#include <tuple>
+#include <utility>
 
 #include <dirent.h>
+#include <linux/videodev2.h>
 #include <unistd.h>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/cameras/v4l2/controls.hpp"
 #include "waymark/cameras/v4l2/device.hpp"
-#include "waymark/cameras/v4l2/modes.hpp"
 #include "waymark/robots/watchdog/device_file.hpp"
 
 namespace waymark {
@@ -88,3 +97,193 @@ std::vector<CameraDevice> list_cameras() {
 }
 
 }  // namespace waymark
+
+namespace waymark::internal {
+namespace {
+
+constexpr std::uint32_t kMostEntries = 256;  // of any list of a driver
+constexpr double kUsefulRate_hz = 60;
+
+/// Work to make grey of it: copies first, decoding last.
+int work_of(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::Grey:
+      return 0;
+    case PixelFormat::Nv12:
+      return 1;
+    case PixelFormat::Yuyv:
+    case PixelFormat::Uyvy:
+      return 2;
+    case PixelFormat::Mjpg:
+      return 3;
+  }
+  return 4;
+}
+
+double rate_of(const v4l2_fract& interval) {
+  return interval.numerator == 0 ? 0 : static_cast<double>(interval.denominator) / interval.numerator;
+}
+
+std::vector<double> read_rates(int device, std::uint32_t fourcc, int width, int height) {
+  std::vector<double> rates;
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+    v4l2_frmivalenum entry{};
+    entry.index = i;
+    entry.pixel_format = fourcc;
+    entry.width = static_cast<std::uint32_t>(width);
+    entry.height = static_cast<std::uint32_t>(height);
+    if (control_device(device, VIDIOC_ENUM_FRAMEINTERVALS, &entry) != 0) break;
+    const bool one = entry.type == V4L2_FRMIVAL_TYPE_DISCRETE;
+    rates.push_back(rate_of(one ? entry.discrete : entry.stepwise.min));
+    if (!one) break;
+  }
+  std::ranges::sort(rates, std::ranges::greater());
+  return rates;
+}
+
+void read_sizes(int device, std::uint32_t fourcc, std::vector<CameraMode>& modes) {
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+    v4l2_frmsizeenum entry{};
+    entry.index = i;
+    entry.pixel_format = fourcc;
+    if (control_device(device, VIDIOC_ENUM_FRAMESIZES, &entry) != 0) break;
+    const bool one = entry.type == V4L2_FRMSIZE_TYPE_DISCRETE;
+    CameraMode mode{.format = fourcc_name(fourcc),
+                    .readable = pixel_format_named(fourcc_name(fourcc)).has_value(),
+                    .width = static_cast<int>(one ? entry.discrete.width : entry.stepwise.max_width),
+                    .height = static_cast<int>(one ? entry.discrete.height : entry.stepwise.max_height),
+                    .largest = !one};
+    if (one) {
+      mode.rates_hz = read_rates(device, fourcc, mode.width, mode.height);
+    } else {
+      mode.least_width = static_cast<int>(entry.stepwise.min_width);
+      mode.least_height = static_cast<int>(entry.stepwise.min_height);
+    }
+    modes.push_back(std::move(mode));
+    if (!one) break;
+  }
+}
+
+std::string words_of(const std::vector<CameraMode>& modes) {
+  constexpr std::size_t kMost = 16;
+  std::vector<std::string> words;
+  for (const CameraMode& mode : modes)
+    if (mode.readable)
+      words.push_back(
+          fmt::format("{} {}{}x{}", mode.format, mode.largest ? "up to " : "", mode.width, mode.height));
+  if (words.empty()) return fmt::format("None of its {} formats and sizes is read.", modes.size());
+  const bool more = words.size() > kMost;
+  words.resize(std::min(words.size(), kMost));
+  return fmt::format("It delivers {}{}.", fmt::join(words, ", "),
+                     more ? " and more (`waymark cameras` lists them)" : "");
+}
+
+/// The wanted rate where it is reached; else the highest that is useful.
+double best_rate(const CameraMode& mode, double wanted_hz) {
+  if (mode.rates_hz.empty()) return wanted_hz;
+  const double most = wanted_hz > 0 ? wanted_hz : kUsefulRate_hz;
+  double best = 0;
+  for (const double rate : mode.rates_hz)
+    if (best == 0 || std::abs(rate - most) < std::abs(best - most)) best = rate;
+  return best;
+}
+
+bool may_read(const CameraMode& mode, const V4l2Options& options) {
+  return mode.readable && (!options.format || mode.format == to_string(*options.format));
+}
+
+/// The size of the mode that is nearest to the wanted one.
+std::pair<int, int> nearest_size(const CameraMode& mode, std::pair<int, int> wanted) {
+  if (!mode.largest) return {mode.width, mode.height};
+  return {std::clamp(wanted.first, std::min(mode.least_width, mode.width), mode.width),
+          std::clamp(wanted.second, std::min(mode.least_height, mode.height), mode.height)};
+}
+
+}  // namespace
+
+std::string fourcc_name(std::uint32_t fourcc) {
+  std::string name;
+  for (int i = 0; i < 4; ++i) {
+    const auto character = static_cast<unsigned char>((fourcc >> (8 * i)) & 0x7fU);
+    name += std::isprint(character) != 0 ? static_cast<char>(character) : '?';
+  }
+  return name;
+}
+
+std::uint32_t fourcc_of(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::Grey:
+      return V4L2_PIX_FMT_GREY;
+    case PixelFormat::Nv12:
+      return V4L2_PIX_FMT_NV12;
+    case PixelFormat::Yuyv:
+      return V4L2_PIX_FMT_YUYV;
+    case PixelFormat::Uyvy:
+      return V4L2_PIX_FMT_UYVY;
+    case PixelFormat::Mjpg:
+      return V4L2_PIX_FMT_MJPEG;
+  }
+  return 0;
+}
+
+Result<CameraDevice> read_capabilities(int device, const std::string& path) {
+  v4l2_capability capability{};
+  if (const int error = control_device(device, VIDIOC_QUERYCAP, &capability); error != 0)
+    return tl::unexpected(device_error(path, "does not answer as a camera", error));
+  const auto text = [](const auto& bytes) { return std::string(reinterpret_cast<const char*>(bytes)); };
+  CameraDevice described{.path = path,
+                         .by_id = by_id_of(path),
+                         .card = text(capability.card),
+                         .driver = text(capability.driver),
+                         .bus = text(capability.bus_info)};
+  const bool own = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0;
+  const std::uint32_t can = own ? capability.device_caps : capability.capabilities;
+  if ((can & V4L2_CAP_VIDEO_CAPTURE) != 0 && (can & V4L2_CAP_STREAMING) != 0) return described;
+  const bool planes = (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
+  return fail(
+      ErrorCode::Unsupported,
+      planes ? "this device delivers pictures in several planes only" : "this device delivers no pictures",
+      {.source = path},
+      planes ? "Cameras on a ribbon cable are read by GStreamer: gstreamer:libcamerasrc."
+             : "Many cameras have a second node for other data: take the one before it.");
+}
+
+std::vector<CameraMode> read_modes(int device) {
+  std::vector<CameraMode> modes;
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+    v4l2_fmtdesc entry{};
+    entry.index = i;
+    entry.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (control_device(device, VIDIOC_ENUM_FMT, &entry) != 0) break;
+    read_sizes(device, entry.pixelformat, modes);
+  }
+  return modes;
+}
+
+Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2Options& options,
+                               const WantedMode& now) {
+  const bool given = options.width > 0;
+  const auto size = given ? std::pair(options.width, options.height) : std::pair(now.width, now.height);
+  const auto rank = [&](const WantedMode& mode) {
+    const double most = options.rate_hz > 0 ? options.rate_hz : kUsefulRate_hz;
+    const int apart_px = std::abs(mode.width - size.first) + std::abs(mode.height - size.second);
+    return std::tuple(apart_px, std::abs(mode.rate_hz - most), work_of(mode.format));
+  };
+  std::optional<WantedMode> best;
+  for (const CameraMode& mode : modes) {
+    if (!may_read(mode, options)) continue;
+    const auto [width, height] = nearest_size(mode, size);
+    if (given && std::pair(width, height) != size) continue;
+    const WantedMode wanted{*pixel_format_named(mode.format), width, height,
+                            best_rate(mode, options.rate_hz)};
+    if (!best || rank(wanted) < rank(*best)) best = wanted;
+  }
+  if (best) return *best;
+  const std::string sized = given ? fmt::format(" of {} x {} px", size.first, size.second) : std::string();
+  const std::string format = options.format ? fmt::format(" as {}", to_string(*options.format)) : "";
+  return fail(ErrorCode::Unsupported,
+              fmt::format("the camera delivers no pictures{}{} that can be read", sized, format),
+              {.source = options.device}, modes.empty() ? "Its driver lists no formats." : words_of(modes));
+}
+
+}  // namespace waymark::internal

@@ -1,11 +1,10 @@
 // Pictures of a device without the device: their stamps, their pixels, and what is wrong with them.
+#include "waymark/cameras/v4l2/pictures.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/cameras/v4l2/grey.hpp"
-#include "waymark/cameras/v4l2/picture_faults.hpp"
-#include "waymark/cameras/v4l2/picture_stamps.hpp"
 
 namespace waymark {
 namespace {

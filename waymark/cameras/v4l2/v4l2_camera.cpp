@@ -12,8 +12,7 @@
 #include "waymark/cameras/v4l2/controls.hpp"
 #include "waymark/cameras/v4l2/device.hpp"
 #include "waymark/cameras/v4l2/device_list.hpp"
-#include "waymark/cameras/v4l2/picture_faults.hpp"
-#include "waymark/cameras/v4l2/picture_stamps.hpp"
+#include "waymark/cameras/v4l2/pictures.hpp"
 
 namespace waymark {
 namespace {

@@ -12,18 +12,21 @@
 
 #include "tests/support/fake_camera.hpp"
 #include "waymark/cameras/v4l2/device_list.hpp"
-#include "waymark/cameras/v4l2/modes.hpp"
 #include "waymark/codecs/image_codec.hpp"
 
 namespace waymark {
 namespace {
 
 using std::chrono::milliseconds;
+
 using ::testing::ElementsAre;
+
 using ::testing::HasSubstr;
+
 using waymark::testing::FakeCamera;
 
 constexpr int kWidth = 64;
+
 constexpr int kHeight = 48;
 
 /// Grey pictures, each of one level: `first`, `first` + 1, … Their number can be read from any pixel.
@@ -299,102 +302,6 @@ TEST(V4l2CameraThreads, SetsAndLocksControlsByName) {
   EXPECT_EQ(camera->set_control("gain", 1000).error().code, ErrorCode::InvalidArgument);
   EXPECT_THAT(camera->set_control("gian", 1).error().hint, HasSubstr("gain"));
   EXPECT_TRUE(camera->set_control("brightness", -3));
-}
-
-TEST(V4l2Camera, ListsDevicesWithTheirModes) {
-  FakeCamera fake;
-  EXPECT_TRUE(list_cameras().empty());
-  fake.add_mode("YUYV", kWidth, kHeight, 30, levels(2));
-  fake.add_mode("H264", kWidth, kHeight, 60, levels(2));
-  const auto cameras = list_cameras();
-  ASSERT_EQ(cameras.size(), 1U);
-  EXPECT_EQ(cameras[0].path, "/dev/video0");
-  EXPECT_EQ(cameras[0].card, "Fake camera");
-  ASSERT_EQ(cameras[0].modes.size(), 2U);
-  EXPECT_THAT(cameras[0].modes[0].rates_hz, ElementsAre(30));
-  EXPECT_FALSE(cameras[0].modes[1].readable);
-}
-
-TEST(V4l2Address, ReadsWhatFollowsTheDevice) {
-  const auto options =
-      parse_v4l2_address("v4l2:/dev/v4l/by-id/a,size=1280x720,rate=30,format=MJPG,exposure_ms=5,lock");
-  ASSERT_TRUE(options);
-  EXPECT_EQ(options->device, "/dev/v4l/by-id/a");
-  EXPECT_EQ(options->width, 1280);
-  EXPECT_EQ(options->height, 720);
-  EXPECT_EQ(options->rate_hz, 30);
-  EXPECT_EQ(options->format, PixelFormat::Mjpg);
-  EXPECT_TRUE(options->lock);
-  EXPECT_EQ(options->controls.at("exposure_ms"), 5);
-  EXPECT_EQ(parse_v4l2_address("v4l2:2")->device, "/dev/video2");
-  for (const char* wrong : {"v4l2:", "v4l2:0,size=1280", "v4l2:0,format=RGB", "v4l2:0,rate=0", "v4l2:0,fast",
-                            "v4l2:0,gain=much", "v4l2:0,rate=nan", "v4l2:0,size=-1x2"})
-    EXPECT_FALSE(parse_v4l2_address(wrong)) << wrong;
-}
-
-TEST(V4l2Modes, ADeviceOfAnySizeGivesTheOneThatIsAskedForElseThatOfNow) {
-  const std::vector<CameraMode> modes = {
-      {.format = "BGR3", .readable = false, .width = 4096, .height = 2160, .largest = true},
-      {.format = "YUYV",
-       .width = 4096,
-       .height = 2160,
-       .largest = true,
-       .least_width = 16,
-       .least_height = 16},
-      {.format = "GREY",
-       .width = 4096,
-       .height = 2160,
-       .largest = true,
-       .least_width = 16,
-       .least_height = 16}};
-  const internal::WantedMode now{.width = 1280, .height = 720};
-  const auto as_now = internal::choose_mode(modes, {}, now);
-  ASSERT_TRUE(as_now) << to_string(as_now.error());
-  EXPECT_EQ(*as_now, (internal::WantedMode{PixelFormat::Grey, 1280, 720, 0}));
-  const auto asked = internal::choose_mode(
-      modes, {.width = 640, .height = 480, .rate_hz = 30, .format = PixelFormat::Yuyv}, now);
-  ASSERT_TRUE(asked) << to_string(asked.error());
-  EXPECT_EQ(*asked, (internal::WantedMode{PixelFormat::Yuyv, 640, 480, 30}));
-  const auto too_large = internal::choose_mode(modes, {.width = 8192, .height = 4320}, now);
-  ASSERT_FALSE(too_large);
-  EXPECT_THAT(to_string(too_large.error()),
-              HasSubstr("It delivers YUYV up to 4096x2160, GREY up to 4096x2160."));
-}
-
-// A webcam whose uncompressed size of now is none of those of the format that is asked for.
-TEST(V4l2Modes, WithoutASizeTheNearestOfTheFormatIsTaken) {
-  const std::vector<CameraMode> modes = {{.format = "YUYV", .width = 640, .height = 480, .rates_hz = {30}},
-                                         {.format = "MJPG", .width = 1920, .height = 1080, .rates_hz = {30}},
-                                         {.format = "MJPG", .width = 800, .height = 600, .rates_hz = {15}},
-                                         {.format = "GREY",
-                                          .width = 4096,
-                                          .height = 2160,
-                                          .largest = true,
-                                          .least_width = 16,
-                                          .least_height = 16}};
-  const internal::WantedMode now{.width = 640, .height = 480};
-  const auto chosen = [&](const V4l2Options& options, const internal::WantedMode& size) {
-    const auto mode = internal::choose_mode(modes, options, size);
-    EXPECT_TRUE(mode) << to_string(mode.error());
-    return mode.value_or(internal::WantedMode{});
-  };
-  EXPECT_EQ(chosen({.format = PixelFormat::Mjpg}, now),
-            (internal::WantedMode{PixelFormat::Mjpg, 800, 600, 15}));
-  EXPECT_EQ(chosen({.format = PixelFormat::Yuyv}, {.width = 1280, .height = 720}),
-            (internal::WantedMode{PixelFormat::Yuyv, 640, 480, 30}));
-  EXPECT_EQ(chosen({.format = PixelFormat::Grey}, {.width = 8000, .height = 8}),
-            (internal::WantedMode{PixelFormat::Grey, 4096, 16, 0}));
-  EXPECT_FALSE(internal::choose_mode(modes, {.width = 640, .height = 480, .format = PixelFormat::Mjpg}, now));
-}
-
-TEST(V4l2Modes, ALongListIsCutAndWhatIsNotReadIsLeftOut) {
-  std::vector<CameraMode> modes(300, {.format = "YUYV", .width = 640, .height = 480});
-  modes.push_back({.format = "HSV4", .readable = false, .width = 1, .height = 1});
-  const auto none = internal::choose_mode(modes, {.width = 320, .height = 240}, {});
-  ASSERT_FALSE(none);
-  EXPECT_LT(none.error().hint.size(), 400U);
-  EXPECT_THAT(none.error().hint, HasSubstr("and more (`waymark cameras` lists them)"));
-  EXPECT_THAT(none.error().hint, ::testing::Not(HasSubstr("HSV4")));
 }
 
 }  // namespace

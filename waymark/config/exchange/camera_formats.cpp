@@ -560,14 +560,12 @@ std::string to_opencv_yaml(const NamedCamera& named) {
 namespace waymark::internal {
 namespace {
 
-constexpr std::int64_t kLargestImageSide = 1'000'000;
-
 /// PhotonVision writes whole numbers as 1280.0.
 Result<std::int64_t> side_of(const YamlCursor& cursor) {
   const Result<double> value = cursor.number();
   if (!value) return tl::unexpected(value.error());
   const auto side =
-      static_cast<std::int64_t>(std::min(std::max(*value, 0.0), static_cast<double>(kLargestImageSide)));
+      static_cast<std::int64_t>(std::min(std::max(*value, 0.0), static_cast<double>(kLargestSide)));
   if (static_cast<double>(side) != *value || side == 0)
     return cursor.fail_here(ErrorCode::InvalidArgument, fmt::format("{} is no size in pixels", *value));
   return side;

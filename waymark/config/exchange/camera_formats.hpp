@@ -8,7 +8,8 @@
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 
-/// What the formats of camera files share. For the .cpp files of camera_file only.
+/// The formats of camera files, and what they share; for the readers in this room only. What writes a format
+/// is declared in camera_file.hpp.
 namespace waymark::internal {
 
 /// A side of an image in a camera file is no larger [px].

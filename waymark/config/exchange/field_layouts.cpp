@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/config/exchange/xyz.hpp"
 #include "waymark/config/json_text.hpp"
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/evaluation/csv.hpp"
@@ -156,17 +157,6 @@ bool is_layout_header(const std::string& header) {
   return header.starts_with("id,x,y,z,") && header.find("rotation") != std::string::npos;
 }
 
-Result<Eigen::Vector3d> vector_of(const YamlCursor& at) {
-  Eigen::Vector3d v;
-  const auto x = at.read_at("x", &YamlCursor::number);
-  if (!x) return tl::unexpected(x.error());
-  const auto y = at.read_at("y", &YamlCursor::number);
-  if (!y) return tl::unexpected(y.error());
-  const auto z = at.read_at("z", &YamlCursor::number);
-  if (!z) return tl::unexpected(z.error());
-  return Eigen::Vector3d(*x, *y, *z);
-}
-
 Result<SO3> rotation_of(const YamlCursor& at) {
   const auto q = at.at("quaternion");
   if (!q) return tl::unexpected(q.error());
@@ -197,7 +187,7 @@ Result<TagMap> parse_layout_json(std::string_view text, const std::string& sourc
     if (!id) return tl::unexpected(id.error());
     const auto pose = entry.at("pose");
     if (!pose) return tl::unexpected(pose.error());
-    const auto p = pose->read_at("translation", vector_of);
+    const auto p = pose->read_at("translation", read_xyz);
     if (!p) return tl::unexpected(p.error());
     const auto R = pose->read_at("rotation", rotation_of);
     if (!R) return tl::unexpected(R.error());

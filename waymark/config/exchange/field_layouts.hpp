@@ -26,7 +26,6 @@ struct FieldSize {
 // by rows [m]. Axes of tags are those of WPILib's layouts; their origin is where the file has it, for FRC
 // fields the middle of the field.
 
-
 /// Axes of WPILib's and Limelight's tags seen from ours: x right is their y, y down their -z, z into the tag
 /// their -x.
 [[nodiscard]] SO3 wpilib_R_tag();
@@ -44,7 +43,6 @@ struct FieldSize {
 // Layouts of the fields of WPILib (docs/formats/map.md, "Maps of others"): JSON with `tags` and `field`, or
 // the CSV it is made of (ID, X, Y, Z in inches, rotations in degrees). Their tags have x out of the tag
 // towards the reader, y to the reader's right and z up; they are turned where they are read and written.
-
 
 /// Side of the black square of the 36h11 tags of these fields (6.5 in); layouts do not say it.
 inline constexpr double kWpilibTagSize_m = 0.1651;

@@ -11,6 +11,7 @@
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/field_layouts.hpp"
 #include "waymark/config/exchange/landmarks_file.hpp"
+#include "waymark/config/exchange/xyz.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
@@ -20,32 +21,21 @@
 namespace waymark {
 namespace {
 
-constexpr YamlLimits kLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
+constexpr YamlLimits kExchangeLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
 constexpr int kTag36h11Codes = 587;
-
-Result<Eigen::Vector3d> vector_of(const YamlCursor& at) {
-  Eigen::Vector3d v;
-  const std::array<const char*, 3> axes = {"x", "y", "z"};
-  for (int i = 0; i < 3; ++i) {
-    const Result<double> number = at.read_at(axes[static_cast<std::size_t>(i)], &YamlCursor::number);
-    if (!number) return tl::unexpected(number.error());
-    v[i] = *number;
-  }
-  return v;
-}
 
 /// A pose by position and rotation vector, and the standard deviations in its own axes where they stand
 /// there.
 Result<Uncertain<SE3>> tagslam_pose(const YamlCursor& at) {
-  const auto p = at.read_at("position", vector_of);
+  const auto p = at.read_at("position", read_xyz);
   if (!p) return tl::unexpected(p.error());
-  const auto r = at.read_at("rotation", vector_of);
+  const auto r = at.read_at("rotation", read_xyz);
   if (!r) return tl::unexpected(r.error());
   Uncertain<SE3> pose{SE3(SO3::exp(*r), *p)};
   if (!at.find("position_noise") || !at.find("rotation_noise")) return pose;
-  const auto sigma_m = at.read_at("position_noise", vector_of);
+  const auto sigma_m = at.read_at("position_noise", read_xyz);
   if (!sigma_m) return tl::unexpected(sigma_m.error());
-  const auto sigma_rad = at.read_at("rotation_noise", vector_of);
+  const auto sigma_rad = at.read_at("rotation_noise", read_xyz);
   if (!sigma_rad) return tl::unexpected(sigma_rad.error());
   Eigen::Matrix<double, 6, 1> variance;
   variance << sigma_m->cwiseAbs2(), sigma_rad->cwiseAbs2();
@@ -151,11 +141,11 @@ Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> ta
     }
     const Result<YamlCursor> transform = entry.at("transform");
     if (!transform) return tl::unexpected(transform.error());
-    const auto p = transform->read_at("translation", vector_of);
+    const auto p = transform->read_at("translation", read_xyz);
     if (!p) return tl::unexpected(p.error());
     const Result<YamlCursor> turn = transform->at("rotation");
     if (!turn) return tl::unexpected(turn.error());
-    const auto q = vector_of(*turn);
+    const auto q = read_xyz(*turn);
     if (!q) return tl::unexpected(q.error());
     const Result<double> w = turn->read_at("w", &YamlCursor::number);
     if (!w) return tl::unexpected(w.error());
@@ -189,7 +179,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
     if (!field) return tl::unexpected(field.error());
     return ReadMap{.map = {.tags = std::move(*field)}, .form = MapForm::Fmap, .field = field_size_of(text)};
   }
-  const Result<YamlNode> tree = parse_yaml(text, source, kLimits);
+  const Result<YamlNode> tree = parse_yaml(text, source, kExchangeLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
   if (root.is_map() && root.find("bodies")) return read_tagslam_map(root, tag_size_m);
@@ -218,7 +208,7 @@ Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
 
 Result<ReadMap> read_any_map(const std::filesystem::path& path, std::optional<double> tag_size_m) {
   const std::filesystem::path file = map_file_of(path);
-  const Result<std::string> text = read_text_file(file, kLimits.bytes);
+  const Result<std::string> text = read_text_file(file, kExchangeLimits.bytes);
   if (!text) return tl::unexpected(text.error());
   return parse_any_map(*text, file.string(), tag_size_m);
 }
@@ -226,11 +216,6 @@ Result<ReadMap> read_any_map(const std::filesystem::path& path, std::optional<do
 namespace {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
-
-std::string xyz(const char* key, const Eigen::Vector3d& v, const std::string& indent) {
-  return fmt::format("{0}{1}:\n{0}  x: {2}\n{0}  y: {3}\n{0}  z: {4}\n", indent, key, yaml_number(v.x()),
-                     yaml_number(v.y()), yaml_number(v.z()));
-}
 
 /// Heading of a robot that looks straight at the tag, and the middle of its board.
 std::string academy_yaml(const MapFile& map, std::vector<std::string>& warnings) {
@@ -254,10 +239,10 @@ std::string academy_yaml(const MapFile& map, std::vector<std::string>& warnings)
 std::string tagslam_yaml(const MapFile& map) {
   const SE3 half_turn(SO3::exp(Eigen::Vector3d(std::numbers::pi, 0, 0)), Eigen::Vector3d::Zero());
   std::string text = "bodies:\n - lab:\n     type: simple\n     is_static: true\n     pose:\n" +
-                     xyz("position", Eigen::Vector3d::Zero(), "       ") +
-                     xyz("rotation", Eigen::Vector3d::Zero(), "       ") +
-                     xyz("position_noise", Eigen::Vector3d::Constant(1e-6), "       ") +
-                     xyz("rotation_noise", Eigen::Vector3d::Constant(1e-6), "       ") + "     tags:\n";
+                     xyz_lines("position", Eigen::Vector3d::Zero(), "       ") +
+                     xyz_lines("rotation", Eigen::Vector3d::Zero(), "       ") +
+                     xyz_lines("position_noise", Eigen::Vector3d::Constant(1e-6), "       ") +
+                     xyz_lines("rotation_noise", Eigen::Vector3d::Constant(1e-6), "       ") + "     tags:\n";
   for (const auto& [id, tag] : map.tags.tags) {
     const SE3 pose = tag.map_T_tag * half_turn;
     // TagSLAM has the error in the axes of the pose itself.
@@ -268,10 +253,10 @@ std::string tagslam_yaml(const MapFile& map) {
     }
     text += fmt::format("       - id: {}\n         size: {}\n         pose:\n", id.number,
                         yaml_number(tag.size_m)) +
-            xyz("position", pose.translation(), "           ") +
-            xyz("rotation", pose.rotation().log(), "           ") +
-            xyz("position_noise", sigma.head<3>(), "           ") +
-            xyz("rotation_noise", sigma.tail<3>(), "           ");
+            xyz_lines("position", pose.translation(), "           ") +
+            xyz_lines("rotation", pose.rotation().log(), "           ") +
+            xyz_lines("position_noise", sigma.head<3>(), "           ") +
+            xyz_lines("rotation_noise", sigma.tail<3>(), "           ");
   }
   return text;
 }
@@ -282,8 +267,8 @@ std::string transforms_yaml(const MapFile& map) {
     const Eigen::Quaterniond& q = tag.map_T_tag.rotation().quaternion();
     text += fmt::format("  - header:\n      frame_id: map\n    child_frame_id: {}\n    transform:\n",
                         yaml_text(to_string(id)));
-    text += xyz("translation", tag.map_T_tag.translation(), "      ") +
-            xyz("rotation", Eigen::Vector3d(q.x(), q.y(), q.z()), "      ") +
+    text += xyz_lines("translation", tag.map_T_tag.translation(), "      ") +
+            xyz_lines("rotation", Eigen::Vector3d(q.x(), q.y(), q.z()), "      ") +
             fmt::format("        w: {}\n", yaml_number(q.w()));
   }
   return text;

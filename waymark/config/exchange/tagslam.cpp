@@ -11,6 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/config/exchange/camera_formats.hpp"
+#include "waymark/config/exchange/xyz.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/mapping/scene/tag_scene.hpp"
@@ -249,7 +250,7 @@ struct Defaults {
 };
 
 /// position, rotation (rotation vector), their noise, or R.
-ScenePrior read_pose(const YamlCursor& pose, const Defaults& defaults, TagslamReader& read) {
+ScenePrior read_tagslam_pose(const YamlCursor& pose, const Defaults& defaults, TagslamReader& read) {
   const SE3 mean(SO3::exp(read.vector(pose, "rotation")), read.vector(pose, "position"));
   if (pose.find("R")) return {mean, read.sqrt_information(pose, "R")};
   return read.prior(pose, mean, read.vector(pose, "position_noise", defaults.sigma_m),
@@ -283,7 +284,8 @@ void add_board(const YamlCursor& board, bool staggered, TagslamReader& read, Sce
   }
 }
 
-void read_tags(const YamlCursor& entry, const Defaults& defaults, TagslamReader& read, SceneBody& body) {
+void read_tagslam_tags(const YamlCursor& entry, const Defaults& defaults, TagslamReader& read,
+                       SceneBody& body) {
   const double override_m = read.number(entry, "override_tag_position_noise", 0);
   const double override_rad = read.number(entry, "override_tag_rotation_noise", 0);
   const auto list = entry.find("tags");
@@ -292,7 +294,7 @@ void read_tags(const YamlCursor& entry, const Defaults& defaults, TagslamReader&
     tag.size_m = at.find("size") ? read.positive(at, "size") : body.default_tag_size_m;
     if (tag.id.number < 0 || !(tag.size_m > 0)) read.fail_at(at, "a tag needs an id and a size in metres");
     if (const auto pose = at.find("pose")) {
-      tag.body_T_tag = read_pose(*pose, defaults, read);
+      tag.body_T_tag = read_tagslam_pose(*pose, defaults, read);
       if (override_m > 0 && override_rad > 0)
         tag.body_T_tag = ScenePrior::of(tag.body_T_tag->mean, Eigen::Vector3d::Constant(override_m),
                                         Eigen::Vector3d::Constant(override_rad));
@@ -302,20 +304,20 @@ void read_tags(const YamlCursor& entry, const Defaults& defaults, TagslamReader&
   }
 }
 
-SceneBody read_body(const YamlCursor& entry, std::string name, const Defaults& defaults,
-                    TagslamReader& read) {
+SceneBody read_tagslam_body(const YamlCursor& entry, std::string name, const Defaults& defaults,
+                            TagslamReader& read) {
   SceneBody body{.name = std::move(name), .is_static = read.boolean(entry, "is_static", false)};
   body.default_tag_size_m = read.number(entry, "default_tag_size", 0);
   body.ignored = read.ids(entry, "ignore_tags");
   if (entry.find("max_hamming_distance")) body.max_hamming = read.integer(entry, "max_hamming_distance", 2);
   if (const auto pose = entry.find("pose")) {
     if (!body.is_static) read.fail_at(*pose, "a body that moves cannot have a pose");
-    body.map_T_body = read_pose(*pose, defaults, read);
+    body.map_T_body = read_tagslam_pose(*pose, defaults, read);
   }
   if (const auto sensor = entry.find("T_body_odom"))
     body.body_T_odom = SE3(SO3::exp(read.vector(*sensor, "rotation")), read.vector(*sensor, "position"));
   read_tagslam_odometry(entry, read, body);
-  read_tags(entry, defaults, read, body);
+  read_tagslam_tags(entry, defaults, read, body);
   const std::string type = read.text(entry, "type", "simple");
   if (type == "board" || type == "staggered_board") {
     const auto board = entry.at(type);
@@ -372,7 +374,7 @@ Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& 
   if (const auto at = tagslam.find("body_defaults"))
     defaults = {read.positive(*at, "position_noise"), read.positive(*at, "rotation_noise")};
   for_named(tagslam, "bodies", [&](const std::string& name, const YamlCursor& entry) {
-    scene.bodies.push_back(read_body(entry, name, defaults, read));
+    scene.bodies.push_back(read_tagslam_body(entry, name, defaults, read));
   });
   scene.default_body = scene.body_named(read.text(tagslam, "default_body", ""));
   read_measurements(tagslam, read, scene);
@@ -387,7 +389,7 @@ Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& 
     if (!camera) return tl::unexpected(camera.error());
     const auto known = camera_poses ? camera_poses->find(name) : std::nullopt;
     const auto pose = known ? known->find("pose") : std::nullopt;
-    if (pose) camera->body_T_cam = read_pose(*pose, defaults, read);
+    if (pose) camera->body_T_cam = read_tagslam_pose(*pose, defaults, read);
     scene.cameras.push_back(std::move(*camera));
   }
   if (!read.status()) return tl::unexpected(read.status().error());
@@ -395,12 +397,12 @@ Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& 
 }
 
 /// {t, rotvec} with {sigma_t, sigma_r} or {sqrtinfo_R_rot_then_trans}.
-SE3 read_transform(const YamlCursor& at, TagslamReader& read) {
+SE3 read_tagslam_transform(const YamlCursor& at, TagslamReader& read) {
   return {SO3::exp(read.vector(at, "rotvec")), read.vector(at, "t")};
 }
 
 ScenePrior read_prior(const YamlCursor& at, TagslamReader& read) {
-  const SE3 mean = read_transform(at, read);
+  const SE3 mean = read_tagslam_transform(at, read);
   if (at.find("sqrtinfo_R_rot_then_trans"))
     return {mean, read.sqrt_information(at, "sqrtinfo_R_rot_then_trans")};
   return read.prior(at, mean, read.vector(at, "sigma_t"), read.vector(at, "sigma_r"));
@@ -412,7 +414,7 @@ SceneBody read_body_json(const YamlCursor& entry, TagslamReader& read) {
   body.ignored = read.ids(entry, "ignore_tags");
   if (entry.find("max_hamming_distance")) body.max_hamming = read.integer(entry, "max_hamming_distance", 2);
   if (const auto prior = entry.find("T_world_body_prior")) body.map_T_body = read_prior(*prior, read);
-  if (const auto sensor = entry.find("T_body_odom")) body.body_T_odom = read_transform(*sensor, read);
+  if (const auto sensor = entry.find("T_body_odom")) body.body_T_odom = read_tagslam_transform(*sensor, read);
   read_tagslam_odometry(entry, read, body);
   const double override_m = read.number(entry, "override_tag_position_noise", 0);
   const double override_rad = read.number(entry, "override_tag_rotation_noise", 0);
@@ -479,7 +481,7 @@ Result<TagScene> read_tagslam_json(const YamlCursor& config) {
 }
 
 constexpr std::size_t kMaxTagslamBytes = std::size_t{1} << 22U;
-constexpr int kTag36h11Codes = 587;
+constexpr int kCodesOf36h11 = 587;
 
 Result<YamlNode> parse_tagslam_file(const std::filesystem::path& path) {
   const Result<std::string> text = read_text_file(path, kMaxTagslamBytes);
@@ -491,7 +493,7 @@ Result<YamlNode> parse_tagslam_file(const std::filesystem::path& path) {
 void name_family(TagScene& scene) {
   bool larger = false;
   for (const SceneBody& body : scene.bodies) {
-    for (const SceneTag& tag : body.tags) larger = larger || tag.id.number >= kTag36h11Codes;
+    for (const SceneTag& tag : body.tags) larger = larger || tag.id.number >= kCodesOf36h11;
   }
   if (!larger) return;
   for (SceneBody& body : scene.bodies) {
@@ -542,18 +544,13 @@ Matrix6 own_axes(const SE3& pose, const Matrix6& left) {
   return Ad * left * Ad.transpose();
 }
 
-std::string xyz(const char* key, const Eigen::Vector3d& v, const std::string& indent) {
-  return fmt::format("{0}{1}:\n{0}  x: {2}\n{0}  y: {3}\n{0}  z: {4}\n", indent, key, yaml_number(v.x()),
-                     yaml_number(v.y()), yaml_number(v.z()));
-}
-
 std::string pose_with_noise(const SE3& pose, const Matrix6& left, const std::string& indent) {
   constexpr double kLeast = 1e-6;  // TagSLAM's own solver cannot take less
   const Eigen::VectorXd sigma = own_axes(pose, left).diagonal().cwiseMax(kLeast * kLeast).cwiseSqrt();
-  return indent + "pose:\n" + xyz("position", pose.translation(), indent + "  ") +
-         xyz("rotation", pose.rotation().log(), indent + "  ") +
-         xyz("position_noise", sigma.head<3>(), indent + "  ") +
-         xyz("rotation_noise", sigma.tail<3>(), indent + "  ");
+  return indent + "pose:\n" + xyz_lines("position", pose.translation(), indent + "  ") +
+         xyz_lines("rotation", pose.rotation().log(), indent + "  ") +
+         xyz_lines("position_noise", sigma.head<3>(), indent + "  ") +
+         xyz_lines("rotation_noise", sigma.tail<3>(), indent + "  ");
 }
 
 }  // namespace
@@ -570,8 +567,8 @@ std::string to_tagslam_camera_poses(const SceneMap& map) {
         P.topLeftCorner<3, 3>();
     const Matrix6 R = rotation_first.inverse().llt().matrixU();
     text += fmt::format("{}:\n  pose:\n", map.scene.cameras[c].name) +
-            xyz("position", pose.translation(), "    ") + xyz("rotation", pose.rotation().log(), "    ") +
-            "    R: [";
+            xyz_lines("position", pose.translation(), "    ") +
+            xyz_lines("rotation", pose.rotation().log(), "    ") + "    R: [";
     for (int i = 0; i < 36; ++i)
       text +=
           fmt::format("{}{:.8f}", i == 0 ? "" : ", ", R(i % 6, i / 6));  // by columns, as TagSLAM reads it

@@ -54,14 +54,14 @@ std::vector<std::string> keys_of(FaultKind kind) {
 
 bool at_one_moment(FaultKind kind) { return kind == FaultKind::Kidnapped || kind == FaultKind::ClockJump; }
 
-Status read_tag(const YamlCursor& entry, std::string_view key, FamilyId family, TagId& tag) {
+Status read_swapped_tag(const YamlCursor& entry, std::string_view key, FamilyId family, TagId& tag) {
   const auto id = entry.read_at(key, [](const YamlCursor& value) { return value.integer(0, 1'000'000); });
   if (!id) return tl::unexpected(id.error());
   tag = {family, static_cast<int>(*id)};
   return {};
 }
 
-Status read_values(const YamlCursor& entry, Fault& fault) {
+Status read_fault_values(const YamlCursor& entry, Fault& fault) {
   internal::Numbers value(entry);
   fault.at_s = value.optional_within("at_s", 0, 0, internal::kOutOfProportion);
   fault.for_s = value.optional_positive("for_s", fault.for_s);
@@ -97,10 +97,10 @@ Result<Fault> read_fault(const YamlCursor& entry, const World& world) {
   if (!at_one_moment(*kind)) keys.emplace_back("for_s");
   Fault fault{.kind = *kind};
   Status status = entry.check_keys(keys);
-  if (status && about_tags) status = read_tag(entry, "id", world.anchor.family, fault.tag);
+  if (status && about_tags) status = read_swapped_tag(entry, "id", world.anchor.family, fault.tag);
   if (status && *kind == FaultKind::TagsSwapped)
-    status = read_tag(entry, "with_id", world.anchor.family, fault.other);
-  if (status) status = read_values(entry, fault);
+    status = read_swapped_tag(entry, "with_id", world.anchor.family, fault.other);
+  if (status) status = read_fault_values(entry, fault);
   if (status) {
     status = check({&fault, 1}, world);
     if (!status) return entry.fail_here(status.error().code, status.error().message, status.error().hint);

@@ -14,7 +14,7 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kRouteLimits{.bytes = std::size_t{1} << 26U, .nodes = 4'000'000, .depth = 16};
-constexpr const char* kFormat = "waymark-route-1";
+constexpr const char* kRouteFormat = "waymark-route-1";
 constexpr std::size_t kColumns = 6;
 
 std::array<double, kColumns> row_of(const RoutePoint& point) {
@@ -179,7 +179,8 @@ Status read_notes(const YamlCursor& root, Route& route) {
   return {};
 }
 
-Status read_point(const YamlCursor& entry, Route& route, std::vector<std::array<double, kColumns>>& rows) {
+Status read_route_point(const YamlCursor& entry, Route& route,
+                        std::vector<std::array<double, kColumns>>& rows) {
   const auto row = entry.exactly_numbers(kColumns);
   if (!row)
     return entry.fail_here(row.error().code, row.error().message,
@@ -195,15 +196,16 @@ Status read_point(const YamlCursor& entry, Route& route, std::vector<std::array<
   return {};
 }
 
-Status check_format(const YamlCursor& root) {
+Status check_route_format(const YamlCursor& root) {
   const Result<std::string> format = root.read_at("format", &YamlCursor::text);
   if (!format)
-    return root.fail_here(ErrorCode::Unreadable, "not a route of Waymark",
-                          fmt::format("It begins with `format: {}`; `waymark map` writes one.", kFormat));
-  if (*format != kFormat)
+    return root.fail_here(
+        ErrorCode::Unreadable, "not a route of Waymark",
+        fmt::format("It begins with `format: {}`; `waymark map` writes one.", kRouteFormat));
+  if (*format != kRouteFormat)
     return root.at("format")->fail_here(ErrorCode::Unsupported,
                                         fmt::format("'{}' is not a format of routes known here", *format),
-                                        fmt::format("Known: {}.", kFormat));
+                                        fmt::format("Known: {}.", kRouteFormat));
   return root.check_keys({"format", "closed", "length_m", "point_count", "closing_gap_m", "points_checksum",
                           "longest_without_tags_m", "map_tags", "stations", "points"});
 }
@@ -243,7 +245,7 @@ Result<Route> parse_route(std::string_view text, const std::string& source) {
   const Result<YamlNode> tree = parse_yaml(text, source, kRouteLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  if (Status status = check_format(root); !status) return tl::unexpected(status.error());
+  if (Status status = check_route_format(root); !status) return tl::unexpected(status.error());
   Route route;
   const Result<bool> closed = root.read_at("closed", &YamlCursor::boolean);
   if (!closed) return tl::unexpected(closed.error());
@@ -257,7 +259,7 @@ Result<Route> parse_route(std::string_view text, const std::string& source) {
   if (!points) return tl::unexpected(points.error());
   std::vector<std::array<double, kColumns>> rows;
   for (const YamlCursor& entry : points->children()) {
-    if (Status status = read_point(entry, route, rows); !status) return tl::unexpected(status.error());
+    if (Status status = read_route_point(entry, route, rows); !status) return tl::unexpected(status.error());
   }
   if (route.points.size() < 2)
     return points->fail_here(ErrorCode::InvalidArgument, "a route needs two points or more");
@@ -338,7 +340,7 @@ std::string to_yaml(const Route& route) {
   std::string text = fmt::format(
       "# A route by Waymark, in the frame map. A closed one goes on from its last point to its first.\n"
       "format: {}\nclosed: {}\nlength_m: {}\n",
-      kFormat, route.closed ? "true" : "false", yaml_number(route.length_m));
+      kRouteFormat, route.closed ? "true" : "false", yaml_number(route.length_m));
   if (!route.points.empty())
     text += fmt::format("point_count: {}\nclosing_gap_m: {}\npoints_checksum: \"{}\"\n", route.points.size(),
                         yaml_number(closing_gap_m(route)), checksum(rows_of(route)));

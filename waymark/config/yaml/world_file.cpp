@@ -81,7 +81,7 @@ Status read_keep_out(const YamlCursor& entry, World& world) {
   return {};
 }
 
-Status read_floor(const YamlCursor& root, Floor& floor) {
+Status read_world_floor(const YamlCursor& root, Floor& floor) {
   const auto entry = root.find("floor");
   if (!entry) return {};
   Status status = entry->check_keys({"texture", "reflectance", "contrast", "cell_m"});
@@ -181,7 +181,7 @@ Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, Worl
     status = each(root, "occluders", [&](const auto& entry) { return read_occluder(entry, world); });
   if (status)
     status = each(root, "keep_outs", [&](const auto& entry) { return read_keep_out(entry, world); });
-  if (status) status = read_floor(root, world.floor);
+  if (status) status = read_world_floor(root, world.floor);
   return status;
 }
 
@@ -194,7 +194,7 @@ namespace {
 /// Of a tag in its own plane, clockwise as its reader sees it.
 SE3 tag_turn(double turn_rad) { return {SO3::from_rpy(0, 0, turn_rad), Eigen::Vector3d::Zero()}; }
 
-Status read_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
+Status read_world_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
   Status status =
       entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg", "tilt_deg", "turn_deg", "size_m"});
   if (!status) return status;
@@ -234,7 +234,7 @@ Status read_tags(const YamlCursor& root, World& world) {
   const Result<YamlCursor> tags = root.at("tags");
   if (!tags) return tl::unexpected(tags.error());
   for (const YamlCursor& entry : tags->children()) {
-    if (Status status = read_tag(entry, *family_id, *size, world); !status) return status;
+    if (Status status = read_world_tag(entry, *family_id, *size, world); !status) return status;
   }
   if (Status status = internal::read_scenery(root, *family_id, *size, world); !status) return status;
   const Result<YamlCursor> anchor = root.at("anchor_id");

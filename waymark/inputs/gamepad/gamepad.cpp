@@ -5,14 +5,53 @@
 #include <algorithm>
 #include <chrono>
 
-#include "waymark/inputs/gamepad/libsdl.hpp"
+#include <SDL2/SDL.h>
+
+#include "waymark/modules/load_module.hpp"
 
 namespace waymark {
 namespace {
 
+// clang-format off
+#define WAYMARK_SDL(F)                                                                         \
+  F(SDL_SetHint) F(SDL_InitSubSystem) F(SDL_QuitSubSystem) F(SDL_GetError) F(SDL_NumJoysticks) \
+  F(SDL_IsGameController) F(SDL_GameControllerOpen) F(SDL_GameControllerClose)                 \
+  F(SDL_GameControllerGetAttached) F(SDL_GameControllerUpdate) F(SDL_GameControllerGetAxis)    \
+  F(SDL_GameControllerGetButton) F(SDL_GameControllerSetLED) F(SDL_GameControllerRumble)
+// clang-format on
+
+/// The functions of SDL that are used here, looked up when first needed: linking SDL brings 36 shared
+/// libraries of windows and sound, with which every start of the program takes 1.6 times the processor time
+/// (medians of `waymark --version` with and without LD_PRELOAD=libSDL2-2.0.so.0 in one run).
+struct Libsdl {
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
+#define WAYMARK_SDL_MEMBER(name) decltype(&::name) name = nullptr;
+  WAYMARK_SDL(WAYMARK_SDL_MEMBER)
+#undef WAYMARK_SDL_MEMBER
+};
+
+Result<Libsdl> load() {
+  SharedLibrary library("libSDL2-2.0.so.0");
+  Libsdl sdl;
+#define WAYMARK_SDL_LOOK_UP(name) library.look_up(#name, sdl.name);
+  WAYMARK_SDL(WAYMARK_SDL_LOOK_UP)
+#undef WAYMARK_SDL_LOOK_UP
+  if (library.missing().empty()) return sdl;
+  return fail(ErrorCode::Unsupported, "gamepads need SDL 2: " + library.missing(), {},
+              "Install it: sudo apt install libsdl2-2.0-0; or use --driver keyboard.");
+}
+
+/// The library, loaded by the first call and then kept. Unsupported where it is missing: the error names the
+/// package. May be called from any thread.
+Result<const Libsdl*> libsdl() {
+  static const Result<Libsdl> loaded = load();
+  if (!loaded) return tl::unexpected(loaded.error());
+  return &*loaded;
+}
+
 constexpr float kFullStick = 32767.0F;
 
-SDL_GameController* open_first(const internal::Libsdl& sdl) {
+SDL_GameController* open_first(const Libsdl& sdl) {
   for (int i = 0; i < sdl.SDL_NumJoysticks(); ++i) {
     if (sdl.SDL_IsGameController(i) == SDL_FALSE) continue;
     if (SDL_GameController* pad = sdl.SDL_GameControllerOpen(i)) return pad;
@@ -22,7 +61,7 @@ SDL_GameController* open_first(const internal::Libsdl& sdl) {
 
 class SdlGamepad final : public Gamepad {
  public:
-  SdlGamepad(const internal::Libsdl& sdl, SDL_GameController* pad) : sdl_(sdl), pad_(pad) {}
+  SdlGamepad(const Libsdl& sdl, SDL_GameController* pad) : sdl_(sdl), pad_(pad) {}
   SdlGamepad(const SdlGamepad&) = delete;
   SdlGamepad& operator=(const SdlGamepad&) = delete;
   ~SdlGamepad() override {
@@ -67,16 +106,16 @@ class SdlGamepad final : public Gamepad {
     return pad_ != nullptr;
   }
 
-  const internal::Libsdl& sdl_;
+  const Libsdl& sdl_;
   SDL_GameController* pad_;  ///< nullptr: unplugged
 };
 
 }  // namespace
 
 Result<std::unique_ptr<Gamepad>> open_gamepad() {
-  const Result<const internal::Libsdl*> loaded = internal::libsdl();
+  const Result<const Libsdl*> loaded = libsdl();
   if (!loaded) return tl::unexpected(loaded.error());
-  const internal::Libsdl& sdl = **loaded;
+  const Libsdl& sdl = **loaded;
   sdl.SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
   sdl.SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
   if (sdl.SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0)

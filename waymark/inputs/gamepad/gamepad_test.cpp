@@ -10,7 +10,7 @@
 
 #include <SDL2/SDL.h>
 
-#include "waymark/inputs/gamepad/stick_driver.hpp"
+#include "waymark/inputs/gamepad/pad_input.hpp"
 
 namespace waymark {
 namespace {
@@ -138,3 +138,15 @@ TEST(Gamepad, ThatIsPluggedInAgainIsFoundAndShowsLightAndRumble) {
 }  // namespace
 }  // namespace waymark
 #endif
+
+namespace waymark {
+namespace {
+
+TEST(Gamepad, WithoutOneThatIsSaid) {
+  const auto pad = open_gamepad();
+  if (pad) GTEST_SKIP() << "a gamepad is plugged in";
+  EXPECT_FALSE(pad.error().hint.empty());
+}
+
+}  // namespace
+}  // namespace waymark

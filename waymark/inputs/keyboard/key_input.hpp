@@ -1,13 +1,64 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "waymark/inputs/keyboard/key_driver.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/base/time.hpp"
 #include "waymark/inputs/keyboard/terminal_keys.hpp"
 #include "waymark/runtime/operator_input.hpp"
+#include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
+
+/// What a key means to a driver.
+enum class DriverKey : std::uint8_t { Forward, Back, Left, Right, Stop, Finish };
+
+/// The keys in what a terminal sent: w a s d, arrows, space (stop), q or Escape alone (finish). Anything else
+/// is skipped. What may be the beginning of a longer key stays in `bytes` for the next call.
+[[nodiscard]] std::vector<DriverKey> take_keys(std::string& bytes);
+
+struct KeyboardOptions {
+  double speed_m_s = 0.3;
+  double yaw_rate_rad_s = 0.6;
+  double hold_s = 0.6;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.speed_m_s, Field{"speed_m_s", "Speed while the forward key is held.", 0.01, 5});
+    visit(self.yaw_rate_rad_s,
+          Field{"yaw_rate_rad_s", "Yaw rate while the left or right key is held.", 0.01, 10});
+    visit(self.hold_s, Field{"hold_s",
+                             "Time without a key after which the robot stops; longer than the delay before a "
+                             "terminal repeats a held key.",
+                             0.05, 5});
+  }
+};
+
+/// A person at a keyboard. A terminal repeats only the key that was pressed last, so forward and back go on
+/// while any key is held; left and right turn for as long as they are held, and forward drives straight
+/// again. No key for hold_s: stop (dead man).
+class KeyDriver {
+ public:
+  explicit KeyDriver(const KeyboardOptions& options) : options_(options) {}
+
+  /// `now`: since whenever, never backwards.
+  void press(DriverKey key, Duration now);
+  /// The command now; nothing once the driver said that the lap is over.
+  [[nodiscard]] std::optional<VelocityCommand> drive(Duration now) const;
+
+ private:
+  KeyboardOptions options_;
+  std::optional<Duration> last_key_{};
+  std::optional<Duration> last_turn_{};
+  double forward_ = 0;
+  double left_ = 0;
+  bool finished_ = false;
+};
 
 /// A person who drives a lap with the keys of a terminal.
 class KeyLapDriver final : public LapDriver {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "waymark/robots/watchdog/lines.hpp"
+#include "waymark/robots/watchdog/pipes.hpp"
 #include "waymark/runtime/operator_input.hpp"
 
 namespace waymark {

@@ -10,6 +10,17 @@
 
 namespace waymark {
 
+TerminalSettings terminal_settings(int descriptor) {
+  TerminalSettings settings{.descriptor = descriptor};
+  settings.is_terminal = tcgetattr(descriptor, &settings.before) == 0;
+  return settings;
+}
+
+void put_back(const TerminalSettings& settings) {
+  if (settings.is_terminal && tcgetpgrp(settings.descriptor) == getpgrp())
+    tcsetattr(settings.descriptor, TCSANOW, &settings.before);
+}
+
 TerminalKeys::TerminalKeys(const TerminalSettings& saved) : saved_(saved) {}
 
 Result<std::unique_ptr<TerminalKeys>> TerminalKeys::open(int descriptor) {

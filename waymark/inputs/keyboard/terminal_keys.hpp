@@ -3,10 +3,23 @@
 #include <memory>
 #include <string>
 
+#include <termios.h>
+
 #include "waymark/base/error.hpp"
-#include "waymark/inputs/keyboard/terminal_settings.hpp"
 
 namespace waymark {
+
+/// How a terminal was set before keys were read from it.
+struct TerminalSettings {
+  int descriptor = -1;
+  bool is_terminal = false;
+  termios before{};
+};
+[[nodiscard]] TerminalSettings terminal_settings(int descriptor);
+
+/// Sets it as it was. May be called by a signal handler; a program in the background leaves its terminal
+/// alone.
+void put_back(const TerminalSettings& settings);
 
 /// A terminal in raw mode: keys come at once and are not shown; Ctrl-C stays what it is. The destructor puts
 /// everything back.

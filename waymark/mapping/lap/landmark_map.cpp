@@ -100,7 +100,7 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
 }
 
 /// Noise as it is, and what contradicts the rest left out, until nothing changes any more.
-void settle(LandmarkProblem& problem, LandmarkMap& map) {
+void settle_points(LandmarkProblem& problem, LandmarkMap& map) {
   constexpr int kMostSteps = 50;
   constexpr double kGate = 13.8;  // 0.999 quantile of chi-square, 2 degrees of freedom
   constexpr double kMedianChi2 = 1.386;
@@ -191,7 +191,7 @@ Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
     return fail(ErrorCode::NotFound,
                 fmt::format("nothing was seen {} times while the robot moved", options.least_observations),
                 {}, "Drive slowly past each tag.");
-  settle(problem, map);
+  settle_points(problem, map);
   read_points(problem, ids, map);
   if (Status status = read_covariance(problem, ids, map); !status) return tl::unexpected(status.error());
   map.scales = {problem.scales.x(), problem.scales.y()};

@@ -23,9 +23,9 @@ struct Worth {
   double focal_share = 0.005;
 };
 
-class Values {
+class CalibrationValues {
  public:
-  explicit Values(Calibration& calibration) : calibration_(calibration) {}
+  explicit CalibrationValues(Calibration& calibration) : calibration_(calibration) {}
 
   void add(const char* name, double value, double sigma, double worth, const char* advice) {
     CalibratedValue entry{.value = value, .sigma = sigma};
@@ -52,7 +52,7 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   const OdometryScales& scales = found.scales;
   const OdometryScales& sigma = found.scales_sigma;
   const Worth worth;
-  Values values(calibration);
+  CalibrationValues values(calibration);
   values.add("mounting_x_m", camera.x_m, found.sigma[0], worth.metres, kSpeeds);
   values.add("mounting_y_m", camera.y_m, found.sigma[1], worth.metres, kTurns);
   // Rotations about base axes are roll, pitch and yaw of a camera that is nearly level.
@@ -90,8 +90,8 @@ void stamp_later(Duration late, BundleMap& map) {
 
 /// Seen by a camera that sits elsewhere, or has another focal length, tags seem to stand elsewhere than the
 /// map has them, and are taken for moved: so the camera that was found looks again.
-void look_again(const LapInput& lap, const BundleMapOptions& options, const MapProgress& progress,
-                BundleMap& map) {
+void fit_again(const LapInput& lap, const BundleMapOptions& options, const MapProgress& progress,
+               BundleMap& map) {
   LapInput again = lap;
   if (!map.prior_words.empty()) {
     again.base_T_cam = map.mounting->base_T_cam;
@@ -124,7 +124,7 @@ Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOpti
                 "tags and odometry have no moment in common: nothing ties the two", {},
                 "Are their stamps of one clock? `waymark info` shows both.");
   if (!map->prior_words.empty() || std::abs(map->mounting->scales.latency_s) > kLate_s)
-    look_again(lap, freed, progress, *map);
+    fit_again(lap, freed, progress, *map);
   return LapCalibration{calibration_of(lap, *map->mounting), std::move(*map)};
 }
 

@@ -23,7 +23,7 @@ std::vector<std::vector<std::size_t>> terms_by(PoseIndex CornerTerm::*role, cons
 }
 
 /// Frames that are next to each other by the wheels.
-using Neighbours = std::map<PoseIndex, std::vector<const OdometryTerm*>>;
+using OdometryBeside = std::map<PoseIndex, std::vector<const OdometryTerm*>>;
 
 /// Where the wheels have a base, from a frame beside it.
 Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundle& bundle) {
@@ -40,10 +40,10 @@ Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundl
 
 /// A frame most of whose observations contradict the map: what its observations and the frames beside it that
 /// are not lost agree on, where that is more than agrees now.
-std::optional<SE3> found_again(const LapInput& input, const LapBundle& lap, PoseIndex base,
-                               const std::vector<std::size_t>& terms, std::ptrdiff_t good,
-                               const std::vector<const OdometryTerm*>& beside,
-                               const std::set<PoseIndex>& lost) {
+std::optional<SE3> frame_found_again(const LapInput& input, const LapBundle& lap, PoseIndex base,
+                                     const std::vector<std::size_t>& terms, std::ptrdiff_t good,
+                                     const std::vector<const OdometryTerm*>& beside,
+                                     const std::set<PoseIndex>& lost) {
   std::vector<Vote<SE3>> votes;
   for (const std::size_t i : terms) {
     const auto [frame, detection] = lap.observations[i];
@@ -73,14 +73,14 @@ bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& optio
   }
   if (in_order.empty()) return false;
   std::set<PoseIndex> lost(in_order.begin(), in_order.end());
-  Neighbours beside;
+  OdometryBeside beside;
   for (const OdometryTerm& term : lap.bundle.odometry) {
     beside[term.a].push_back(&term);
     beside[term.b].push_back(&term);
   }
   bool any = false;
   for (const PoseIndex base : in_order) {
-    const auto found = found_again(input, lap, base, terms[base], good(base), beside[base], lost);
+    const auto found = frame_found_again(input, lap, base, terms[base], good(base), beside[base], lost);
     if (!found) continue;
     lap.bundle.poses[base].value = *found;
     lost.erase(base);

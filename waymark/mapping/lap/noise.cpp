@@ -199,8 +199,8 @@ struct Stretch {
   double turned_rad = 0;  ///< by the trajectory, but for whole turns
 };
 
-std::vector<Stretch> stretches_of(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
-                                  const std::vector<Odometry>& odometry) {
+std::vector<Stretch> stretches_between(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                       const std::vector<Odometry>& odometry) {
   constexpr double kStretch_s = 1;
   constexpr double kLongest_s = 1.5;
   constexpr double kKnown_rad = 0.009;
@@ -232,7 +232,7 @@ constexpr std::size_t kFewest = 10;
 
 std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
                                     const std::vector<Odometry>& odometry, double yaw_scale) {
-  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  const std::vector<Stretch> stretches = stretches_between(trajectory, covariance, odometry);
   if (stretches.size() < kFewest) return std::nullopt;
   double squares = 0;
   double way = 0;
@@ -250,7 +250,7 @@ std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vec
 
 std::optional<double> turn_scale(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
                                  const std::vector<Odometry>& odometry) {
-  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  const std::vector<Stretch> stretches = stretches_between(trajectory, covariance, odometry);
   double both = 0;
   double worth = 0;
   for (const Stretch& s : stretches) {
@@ -264,7 +264,7 @@ std::optional<double> turn_scale(const Trajectory& trajectory, const std::vector
 
 std::optional<double> turn_scale_sigma(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
                                        const std::vector<Odometry>& odometry) {
-  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  const std::vector<Stretch> stretches = stretches_between(trajectory, covariance, odometry);
   if (stretches.size() < kFewest) return std::nullopt;
   Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
   Eigen::Vector2d b = Eigen::Vector2d::Zero();

@@ -28,15 +28,15 @@ double mutual_information(const Matrix6& P_a, const Matrix6& P_b, const Matrix6&
   return (log_determinant(P_a + kSlack) - log_determinant(rest)) / 2;
 }
 
-struct Branch {
+struct TieBranch {
   TagId a{}, b{};
   Matrix6 covariance = Matrix6::Zero();  ///< rows a, columns b
   double information = 0;
 };
 
 /// The branches of the tree that tells most (Kruskal).
-std::vector<Branch> best_tree(std::vector<Branch> branches) {
-  std::ranges::stable_sort(branches, std::greater<>{}, &Branch::information);
+std::vector<TieBranch> best_tree(std::vector<TieBranch> branches) {
+  std::ranges::stable_sort(branches, std::greater<>{}, &TieBranch::information);
   std::map<TagId, TagId> above;
   const auto root = [&](TagId tag) {
     while (true) {
@@ -45,8 +45,8 @@ std::vector<Branch> best_tree(std::vector<Branch> branches) {
       tag = above[tag] = above.try_emplace(next, next).first->second;
     }
   };
-  std::vector<Branch> tree;
-  for (Branch& branch : branches) {
+  std::vector<TieBranch> tree;
+  for (TieBranch& branch : branches) {
     const TagId a = root(branch.a);
     const TagId b = root(branch.b);
     if (a == b) continue;
@@ -119,7 +119,7 @@ TagPairs tie_candidates(const LapInput& input, const LapBundle& lap) {
 }
 
 void tie_tags(const TagPairs& pairs, const std::vector<Matrix6>& covariances, TagMap& map) {
-  std::vector<Branch> branches;
+  std::vector<TieBranch> branches;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const MappedTag* a = map.find(pairs[i].first);
     const MappedTag* b = map.find(pairs[i].second);
@@ -128,7 +128,7 @@ void tie_tags(const TagPairs& pairs, const std::vector<Matrix6>& covariances, Ta
                         mutual_information(*a->covariance, *b->covariance, covariances[i])});
   }
   std::map<TagId, std::vector<std::pair<TagId, Matrix6>>> neighbours;  // (other, rows other, columns this)
-  for (const Branch& branch : best_tree(std::move(branches))) {
+  for (const TieBranch& branch : best_tree(std::move(branches))) {
     neighbours[branch.a].emplace_back(branch.b, branch.covariance.transpose());
     neighbours[branch.b].emplace_back(branch.a, branch.covariance);
   }

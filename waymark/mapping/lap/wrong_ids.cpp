@@ -16,7 +16,7 @@ namespace waymark::internal {
 namespace {
 
 /// The wheels' pose, and how far they have driven and turned, moment by moment.
-class Wheels {
+class SiteWheels {
  public:
   struct Moment {
     SE2 odom_T_base{};
@@ -24,7 +24,7 @@ class Wheels {
     double turned_rad = 0;
   };
 
-  explicit Wheels(const std::vector<Odometry>& odometry) : odometry_(odometry) {
+  explicit SiteWheels(const std::vector<Odometry>& odometry) : odometry_(odometry) {
     moments_.reserve(odometry.size());
     for (const Odometry& sample : odometry) {
       Moment now{sample.odom_T_base, 0, 0};
@@ -119,15 +119,15 @@ std::vector<WheelSite> joined(const std::vector<WheelSite>& tracks) {
 }
 
 /// The mean of some observations of a site, and its variance.
-struct Window {
+struct SiteWindow {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double variance_m2 = 0;
   double driven_m = 0;
   double turned_rad = 0;
 };
 
-Window window(const WheelSite& site, std::size_t first, std::size_t count) {
-  Window w;
+SiteWindow window(const WheelSite& site, std::size_t first, std::size_t count) {
+  SiteWindow w;
   const auto n = static_cast<double>(count);
   for (std::size_t i = first; i < first + count; ++i) {
     w.mean += site.seen[i].odom_p / n;
@@ -152,8 +152,8 @@ std::optional<std::size_t> jump_of(const WheelSite& site) {
   double clearest = 1;
   for (std::size_t at = kBeside; at + kBeside <= site.seen.size(); ++at) {
     if (site.seen[at + kBeside - 1].driven_m - site.seen[at - kBeside].driven_m > kTogether_m) continue;
-    const Window before = window(site, at - kBeside, kBeside);
-    const Window after = window(site, at, kBeside);
+    const SiteWindow before = window(site, at - kBeside, kBeside);
+    const SiteWindow after = window(site, at, kBeside);
     const double gate = kLeast_m + kPerDistance * site.seen[at].distance_m +
                         kPerWay * (after.driven_m - before.driven_m) +
                         kPerTurn * (after.turned_rad - before.turned_rad) * site.seen[at].distance_m +
@@ -183,7 +183,7 @@ void split_at_jumps(std::vector<WheelSite>& sites) {
 std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
                                                     const std::vector<ObservedFrame>& observed) {
   std::map<TagId, std::vector<WheelSite>> sites;
-  const Wheels wheels(lap.odometry);
+  const SiteWheels wheels(lap.odometry);
   for (std::size_t f = 0; f < observed.size(); ++f) {
     const auto now = wheels.at(observed[f].stamp);
     if (!now) continue;
@@ -341,7 +341,7 @@ std::vector<Hypothesis> poses_of(const TagPoseObservation& seen) {
   return poses;
 }
 
-/// Wheels whose scales nobody has found yet, on a floor that nobody has measured.
+/// SiteWheels whose scales nobody has found yet, on a floor that nobody has measured.
 Matrix6 covariance_of(const SE2& motion) {
   constexpr double kOnce_m = 0.005;
   constexpr double kOnce_rad = 0.01;

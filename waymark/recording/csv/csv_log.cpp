@@ -17,8 +17,8 @@
 namespace waymark::csv {
 namespace {
 
-constexpr std::uint64_t kPiece = 1 << 18;
-constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::uint64_t kTextPiece = 1 << 18;
+constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
 template <class T>
 std::optional<T> parse(std::string_view cell) {
@@ -32,7 +32,7 @@ std::optional<T> parse(std::string_view cell) {
 }  // namespace
 
 bool LineReader::fill() {
-  const std::uint64_t want = std::min(kPiece, size_ - read_);
+  const std::uint64_t want = std::min(kTextPiece, size_ - read_);
   if (want == 0) return false;
   window_.erase(0, at_);
   at_ = 0;
@@ -108,11 +108,11 @@ std::optional<std::int64_t> seconds_as_ns(std::string_view cell) {
     fraction = fraction.substr(0, 9);
     std::int64_t ns = 0;
     for (std::size_t i = 0; i < 9; ++i) ns = 10 * ns + (i < fraction.size() ? fraction[i] - '0' : 0);
-    return *whole * kSecond + (cell.starts_with('-') ? -ns : ns);
+    return *whole * kNanosecondsPerSecond + (cell.starts_with('-') ? -ns : ns);
   }
   const auto seconds = number(cell);
   if (!seconds || std::abs(*seconds) > static_cast<double>(kMost)) return std::nullopt;
-  return std::llround(*seconds * static_cast<double>(kSecond));
+  return std::llround(*seconds * static_cast<double>(kNanosecondsPerSecond));
 }
 
 namespace {
@@ -206,7 +206,7 @@ std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& ce
 
 namespace {
 
-constexpr double kHalfPixel = 0.5;  // ours less that of TagSLAM's bags, as in ROS
+constexpr double kHalf = 0.5;  // ours less that of TagSLAM's bags, as in ROS
 
 Error words(std::string message) { return {ErrorCode::Unsupported, std::move(message), {}, {}}; }
 
@@ -289,7 +289,7 @@ Result<bool> Rows::on_detection(SensorTime stamp, const std::vector<std::string_
   TagDetection detection{.tag = *tag};
   for (std::size_t i = 0; i < 4; ++i) {
     detection.corners_px[i] = {values_[2 * i], values_[2 * i + 1]};
-    if (!ours) detection.corners_px[i] += Eigen::Vector2d::Constant(kHalfPixel);
+    if (!ours) detection.corners_px[i] += Eigen::Vector2d::Constant(kHalf);
   }
   if (!ours)
     problems_.trap("csv.tag_corners", [] {

@@ -181,14 +181,14 @@ std::optional<Event> EventReader::next(LogProblems& problems) {
 namespace waymark {
 namespace {
 
-constexpr std::int64_t kNanosecondsPerMicrosecond = 1000;
+constexpr std::int64_t kNanosecondsPerTick = 1000;
 
 /// Receive times that no calendar knows count as 0.
 std::uint64_t nanoseconds(std::int64_t microseconds) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerTick;
   return microseconds < 0 || microseconds > kMost
              ? 0
-             : static_cast<std::uint64_t>(microseconds * kNanosecondsPerMicrosecond);
+             : static_cast<std::uint64_t>(microseconds * kNanosecondsPerTick);
 }
 
 class LcmLog final : public MessageLog {

@@ -19,7 +19,7 @@
 namespace waymark::ros1bag {
 namespace {
 
-constexpr std::uint64_t kSecond = 1'000'000'000;
+constexpr std::uint64_t kBagSecond = 1'000'000'000;
 constexpr std::uint32_t kMaxHeader = 1 << 20;
 
 std::optional<Op> op_of(const Fields& fields) {
@@ -64,7 +64,7 @@ std::optional<std::uint64_t> Fields::time(std::string_view name) const {
 }
 
 std::uint64_t time_ns(const std::uint8_t* bytes) {
-  return from_little_endian<std::uint32_t>(bytes) * kSecond + from_little_endian<std::uint32_t>(bytes + 4);
+  return from_little_endian<std::uint32_t>(bytes) * kBagSecond + from_little_endian<std::uint32_t>(bytes + 4);
 }
 
 std::optional<Record> next_record(ByteReader& bytes) {

@@ -83,7 +83,7 @@ constexpr const char* kTables =
     " data BLOB NOT NULL);"
     "CREATE INDEX timestamp_idx ON messages (timestamp ASC);"
     "INSERT INTO schema(schema_version, ros_distro) VALUES ({}, '{}');";
-constexpr const char* kDefinitions =
+constexpr const char* kBagDefinitions =
     "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, encoding TEXT NOT "
     "NULL,"
     " encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL);";
@@ -140,7 +140,7 @@ class SqliteBag {
         "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN;" +
         fmt::format(fmt::runtime(kTables), jazzy ? ", type_description_hash TEXT NOT NULL" : "",
                     format_.sqlite_schema(), format_.distro()) +
-        (jazzy ? kDefinitions : "");
+        (jazzy ? kBagDefinitions : "");
     if (!opened_ || sqlite3_exec(database_.get(), tables.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
       return failed();
     for (const LogChannel& channel : contents.channels)

@@ -1,10 +1,21 @@
 #include "waymark/robots/fastdds/fastdds_bus.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstring>
 #include <deque>
+#include <memory>
+#include <string_view>
 #include <utility>
 
+#include <unistd.h>
+
+#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
+#include <fastrtps/utils/IPLocator.h>
 #include <fmt/format.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -17,11 +28,244 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
 #include "waymark/modules/arrival_queue.hpp"
-#include "waymark/robots/fastdds/discovered.hpp"
-#include "waymark/robots/fastdds/participant_qos.hpp"
-#include "waymark/robots/fastdds/raw_cdr.hpp"
 
 namespace waymark {
+namespace {
+
+constexpr std::uint32_t kInitialSize = 1024;  // what histories begin with; they grow
+constexpr std::size_t kEncapsulation = 4;
+
+RawCdr& raw(void* data) { return *static_cast<RawCdr*>(data); }
+
+}  // namespace
+
+RawCdrType::RawCdrType(const std::string& dds_name) {
+  setName(dds_name.c_str());
+  m_typeSize = kInitialSize;
+  m_isGetKeyDefined = false;
+  auto_fill_type_information(false);
+  auto_fill_type_object(false);
+}
+
+bool RawCdrType::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) {
+  const std::vector<std::uint8_t>& bytes = raw(data).bytes;
+  if (bytes.size() < kEncapsulation || payload->max_size < bytes.size()) return false;
+  std::memcpy(payload->data, bytes.data(), bytes.size());
+  payload->length = static_cast<std::uint32_t>(bytes.size());
+  payload->encapsulation = (bytes[1] & 1U) != 0 ? CDR_LE : CDR_BE;
+  return true;
+}
+
+bool RawCdrType::deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) {
+  raw(data).bytes.assign(payload->data, payload->data + payload->length);
+  return true;
+}
+
+std::function<std::uint32_t()> RawCdrType::getSerializedSizeProvider(void* data) {
+  return [data] { return static_cast<std::uint32_t>(raw(data).bytes.size()); };
+}
+
+void* RawCdrType::createData() { return new RawCdr; }
+
+void RawCdrType::deleteData(void* data) { delete static_cast<RawCdr*>(data); }
+
+bool RawCdrType::getKey(void* /*data*/, eprosima::fastrtps::rtps::InstanceHandle_t* /*handle*/,
+                        bool /*force_md5*/) {
+  return false;
+}
+
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
+
+constexpr const char* kLoopback = "127.0.0.1";
+constexpr const char* kDiscoveryGroup = "239.255.0.1";  // RTPS 2.2, section 9.6.1.4.1
+constexpr std::uint32_t kParticipantsPerHost = 32;      // that are asked without multicast
+constexpr std::uint32_t kSocketBuffer = 1U << 22U;
+constexpr rtps::MemoryManagementPolicy_t kGrows = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+const eprosima::fastrtps::Duration_t kHeartbeat(0, 100'000'000U);
+
+void add_peer(rtps::LocatorList_t& peers, const std::string& address) {
+  rtps::Locator_t locator;
+  locator.kind = LOCATOR_KIND_UDPv4;
+  rtps::IPLocator::setIPv4(locator, address);
+  peers.push_back(locator);
+}
+
+/// Certificates as SROS 2 lays them out in the folder of an enclave (DDS Security 1.1, section 9).
+void add_security(dds::DomainParticipantQos& qos, const std::string& folder) {
+  if (folder.empty()) return;
+  auto& properties = qos.properties().properties();
+  const auto set = [&](const char* name, std::string value) {
+    properties.emplace_back(name, std::move(value));
+  };
+  const auto file = [&](std::string_view name) { return "file://" + folder + "/" + std::string(name); };
+  set("dds.sec.auth.plugin", "builtin.PKI-DH");
+  set("dds.sec.auth.builtin.PKI-DH.identity_ca", file("identity_ca.cert.pem"));
+  set("dds.sec.auth.builtin.PKI-DH.identity_certificate", file("cert.pem"));
+  set("dds.sec.auth.builtin.PKI-DH.private_key", file("key.pem"));
+  set("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+  set("dds.sec.access.plugin", "builtin.Access-Permissions");
+  set("dds.sec.access.builtin.Access-Permissions.permissions_ca", file("permissions_ca.cert.pem"));
+  set("dds.sec.access.builtin.Access-Permissions.governance", file("governance.p7s"));
+  set("dds.sec.access.builtin.Access-Permissions.permissions", file("permissions.p7s"));
+}
+
+template <class Qos>
+void set_common(Qos& q, const TopicQos& qos) {
+  q.reliability().kind = qos.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+  q.durability().kind =
+      qos.transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  q.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  q.history().depth = qos.depth;
+  q.resource_limits().allocated_samples = qos.depth;
+  q.endpoint().history_memory_policy = kGrows;
+  q.data_sharing().off();
+}
+
+/// "waymark_robot (process 4711 on limo-7)": of several that are called alike it says which.
+std::string name_for_people(const std::string& node) {
+  std::array<char, 65> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
+  return fmt::format("{} (process {} on {})", node, getpid(), host.data());
+}
+
+}  // namespace
+
+dds::DomainParticipantQos participant_qos(const BusOptions& options) {
+  dds::DomainParticipantQos qos;
+  qos.name(name_for_people(options.node).c_str());
+  const std::string enclave = "enclave=" + options.enclave + ";";  // what rmw looks for in a participant
+  qos.user_data().setValue(std::vector<std::uint8_t>(enclave.begin(), enclave.end()));
+  const auto udp = std::make_shared<UDPv4TransportDescriptor>();
+  udp->maxInitialPeersRange = kParticipantsPerHost;
+  udp->sendBufferSize = kSocketBuffer;
+  udp->receiveBufferSize = kSocketBuffer;
+  udp->interfaceWhiteList = options.interfaces;
+  if (options.localhost_only) udp->interfaceWhiteList = {kLoopback};
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(udp);
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.readerHistoryMemoryPolicy = kGrows;
+  builtin.writerHistoryMemoryPolicy = kGrows;
+  // Unless said, one announces itself five times in half a second and then every three: who misses those, as
+  // where another participant has just left the same port, is not found for seconds.
+  builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
+  if (options.localhost_only || !options.peers.empty()) {
+    add_peer(builtin.initialPeersList, kDiscoveryGroup);
+    if (options.localhost_only) add_peer(builtin.initialPeersList, kLoopback);
+    for (const std::string& peer : options.peers) add_peer(builtin.initialPeersList, peer);
+  }
+  add_security(qos, options.keystore);
+  return qos;
+}
+
+dds::DataWriterQos writer_qos(const TopicQos& qos) {
+  dds::DataWriterQos q = dds::DATAWRITER_QOS_DEFAULT;
+  set_common(q, qos);
+  q.publish_mode().kind = qos.large ? dds::ASYNCHRONOUS_PUBLISH_MODE : dds::SYNCHRONOUS_PUBLISH_MODE;
+  q.reliable_writer_qos().times.heartbeatPeriod = kHeartbeat;
+  return q;
+}
+
+dds::DataReaderQos reader_qos(const TopicQos& qos) {
+  dds::DataReaderQos q = dds::DATAREADER_QOS_DEFAULT;
+  set_common(q, qos);
+  return q;
+}
+
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+template <class Proxy>
+BusEndpoint endpoint_of(const Proxy& proxy, bool publishes) {
+  BusEndpoint endpoint{.publishes = publishes,
+                       .name = {proxy.topicName().to_string(), proxy.typeName().to_string()}};
+  endpoint.qos.reliable = proxy.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS;
+  endpoint.qos.transient_local = proxy.m_qos.m_durability.kind != dds::VOLATILE_DURABILITY_QOS;
+  endpoint.guid = bytes_of(proxy.guid());
+  return endpoint;
+}
+
+/// Fast DDS tells of a participant's own readers and writers, too.
+bool is_own(const dds::DomainParticipant* participant, const rtps::GUID_t& endpoint) {
+  return participant != nullptr && participant->guid().guidPrefix == endpoint.guidPrefix;
+}
+
+}  // namespace
+
+Guid bytes_of(const rtps::GUID_t& guid) {
+  Guid bytes{};
+  std::copy_n(guid.guidPrefix.value, 12, bytes.begin());
+  std::copy_n(guid.entityId.value, 4, bytes.begin() + 12);
+  return bytes;
+}
+
+std::vector<BusEndpoint> Discovered::endpoints() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<BusEndpoint> all;
+  all.reserve(endpoints_.size());
+  for (const auto& [guid, endpoint] : endpoints_) all.push_back(endpoint);
+  return all;
+}
+
+std::vector<std::string> Discovered::participants() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> all;
+  all.reserve(participants_.size());
+  for (const auto& [guid, name] : participants_) all.push_back(name);
+  return all;
+}
+
+/// What one participant has begins with the twelve bytes of its own identity.
+std::string Discovered::participant_of(const waymark::Guid& endpoint) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find_if(participants_, [&](const auto& entry) {
+    return std::equal(endpoint.begin(), endpoint.begin() + 12, entry.first.guidPrefix.value);
+  });
+  return found == participants_.end() ? std::string() : found->second;
+}
+
+void Discovered::set(const Guid& guid, bool present, BusEndpoint endpoint) {
+  const std::lock_guard lock(mutex_);
+  if (present)
+    endpoints_[guid] = std::move(endpoint);
+  else
+    endpoints_.erase(guid);
+}
+
+void Discovered::on_participant_discovery(dds::DomainParticipant* /*participant*/,
+                                          rtps::ParticipantDiscoveryInfo&& info) {
+  const std::lock_guard lock(mutex_);
+  const bool present = info.status == rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT ||
+                       info.status == rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT;
+  if (present) {
+    participants_[info.info.m_guid] = info.info.m_participantName.to_string();
+    return;
+  }
+  participants_.erase(info.info.m_guid);
+  std::erase_if(endpoints_,
+                [&](const auto& entry) { return entry.first.guidPrefix == info.info.m_guid.guidPrefix; });
+}
+
+void Discovered::on_subscriber_discovery(dds::DomainParticipant* participant,
+                                         rtps::ReaderDiscoveryInfo&& info) {
+  if (is_own(participant, info.info.guid())) return;
+  set(info.info.guid(), info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER,
+      endpoint_of(info.info, false));
+}
+
+void Discovered::on_publisher_discovery(dds::DomainParticipant* participant,
+                                        rtps::WriterDiscoveryInfo&& info) {
+  if (is_own(participant, info.info.guid())) return;
+  set(info.info.guid(), info.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER,
+      endpoint_of(info.info, true));
+}
+
 namespace {
 
 namespace dds = eprosima::fastdds::dds;

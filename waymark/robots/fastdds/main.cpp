@@ -1,5 +1,5 @@
 // The only symbol of the module libwaymark-dds.so.
-#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/fastdds/fastdds_bus.hpp"
 
 extern "C" __attribute__((visibility("default"))) void waymark_open_bus(const waymark::BusOptions& options,

@@ -1,5 +1,4 @@
 #include "waymark/robots/gazebo/gazebo_robot.hpp"
-#include "waymark/robots/wire/simulation_watch.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -10,8 +9,8 @@
 
 #include "waymark/robots/gazebo/gazebo_bridge.hpp"
 #include "waymark/robots/process/command_sender.hpp"
-#include "waymark/robots/process/sender_watch.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
+#include "waymark/robots/wire/simulation_watch.hpp"
 
 namespace waymark {
 namespace {

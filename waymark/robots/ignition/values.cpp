@@ -1,5 +1,6 @@
 #include "waymark/robots/ignition/values.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -11,10 +12,176 @@
 #include <ignition/msgs/pose_v.pb.h>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/robots/ignition/headers.hpp"
-#include "waymark/robots/ignition/pictures.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 
 namespace waymark {
+namespace {
+
+constexpr std::int64_t kNanoseconds = 1'000'000'000;
+constexpr std::int64_t kMostSeconds = std::int64_t{1} << 32;  // of simulated time; more would not fit either
+
+void put(ignition::msgs::Header& header, const char* key, const std::string& value) {
+  if (value.empty()) return;
+  ignition::msgs::Header::Map& entry = *header.add_data();
+  entry.set_key(key);
+  entry.add_value(value);
+}
+
+}  // namespace
+
+SensorTime from_ignition(const ignition::msgs::Time& time) {
+  if (time.sec() < 0 || time.sec() > kMostSeconds) return {};
+  return SensorTime(Duration(time.sec() * kNanoseconds + time.nsec()));
+}
+
+ignition::msgs::Time to_ignition(SensorTime stamp) {
+  ignition::msgs::Time time;
+  const std::int64_t ns = stamp.time_since_epoch().count();
+  time.set_sec(ns / kNanoseconds);
+  time.set_nsec(static_cast<std::int32_t>(ns % kNanoseconds));
+  return time;
+}
+
+ignition::msgs::Header header(SensorTime stamp, const std::string& frame, const std::string& child_frame) {
+  ignition::msgs::Header made;
+  *made.mutable_stamp() = to_ignition(stamp);
+  put(made, "frame_id", frame);
+  put(made, "child_frame_id", child_frame);
+  return made;
+}
+
+std::string header_value(const ignition::msgs::Header& header, const std::string& key) {
+  for (const auto& entry : header.data())
+    if (entry.key() == key && entry.value_size() > 0) return entry.value(0);
+  return {};
+}
+
+Result<SE3> from_ignition(const ignition::msgs::Pose& pose) {
+  const Eigen::Vector3d place(pose.position().x(), pose.position().y(), pose.position().z());
+  if (!pose.has_orientation()) return SE3(SO3(), place);
+  const auto& q = pose.orientation();
+  const auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()));
+  if (!rotation) return tl::unexpected(rotation.error());
+  return SE3(*rotation, place);
+}
+
+ignition::msgs::Pose to_ignition(const SE3& pose) {
+  ignition::msgs::Pose message;
+  message.mutable_position()->set_x(pose.translation().x());
+  message.mutable_position()->set_y(pose.translation().y());
+  message.mutable_position()->set_z(pose.translation().z());
+  const Eigen::Quaterniond& q = pose.rotation().quaternion();
+  message.mutable_orientation()->set_w(q.w());
+  message.mutable_orientation()->set_x(q.x());
+  message.mutable_orientation()->set_y(q.y());
+  message.mutable_orientation()->set_z(q.z());
+  return message;
+}
+
+VelocityCommand from_ignition(const ignition::msgs::Twist& twist) {
+  return {twist.linear().x(), twist.angular().z()};
+}
+
+ignition::msgs::Twist to_ignition(const VelocityCommand& velocity) {
+  ignition::msgs::Twist message;
+  message.mutable_linear()->set_x(velocity.speed_m_s);
+  message.mutable_angular()->set_z(velocity.yaw_rate_rad_s);
+  return message;
+}
+
+namespace {
+
+/// As ROS calls a format; empty: not read.
+std::string encoding_of(ignition::msgs::PixelFormatType format) {
+  switch (format) {
+    case ignition::msgs::L_INT8:
+      return "mono8";
+    case ignition::msgs::L_INT16:
+      return "mono16";
+    case ignition::msgs::RGB_INT8:
+      return "rgb8";
+    case ignition::msgs::BGR_INT8:
+      return "bgr8";
+    case ignition::msgs::RGBA_INT8:
+      return "rgba8";
+    case ignition::msgs::BGRA_INT8:
+      return "bgra8";
+    default:
+      return {};
+  }
+}
+
+/// Fills an array of a message as far as both reach.
+template <class From, class To>
+void copy_numbers(const From& from, To& to) {
+  std::copy_n(from.begin(), std::min<std::size_t>(to.size(), static_cast<std::size_t>(from.size())),
+              to.begin());
+}
+
+}  // namespace
+
+Result<CameraFrame> from_ignition(const ignition::msgs::Image& message) {
+  const std::string encoding = encoding_of(message.pixel_format_type());
+  if (encoding.empty())
+    return fail(ErrorCode::Unsupported,
+                fmt::format("pictures in the format {} cannot be read",
+                            ignition::msgs::PixelFormatType_Name(message.pixel_format_type())),
+                {}, "Give the camera <format>R8G8B8</format> or <format>L8</format>.");
+  const std::string& data = message.data();
+  return ros2::from_ros(ros2::Image{.header = {ros2::to_ros(from_ignition(message.header().stamp())), ""},
+                                    .height = message.height(),
+                                    .width = message.width(),
+                                    .encoding = encoding,
+                                    .is_bigendian = 0,
+                                    .step = message.step(),
+                                    .data = {data.begin(), data.end()}});
+}
+
+ignition::msgs::Image to_ignition(const CameraFrame& frame) {
+  constexpr std::size_t kChannels = 3;
+  const Image& image = frame.image;
+  ignition::msgs::Image message;
+  *message.mutable_header() = header(frame.stamp, frame.camera);
+  message.set_width(static_cast<std::uint32_t>(image.width()));
+  message.set_height(static_cast<std::uint32_t>(image.height()));
+  message.set_step(static_cast<std::uint32_t>(image.width()) * kChannels);
+  message.set_pixel_format_type(ignition::msgs::RGB_INT8);
+  std::string& data = *message.mutable_data();
+  data.reserve(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()) *
+               kChannels);
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) data.append(kChannels, static_cast<char>(image.row(y)[x]));
+  return message;
+}
+
+Result<GazeboCamera> from_ignition(const ignition::msgs::CameraInfo& message) {
+  if (message.distortion().model() != ignition::msgs::CameraInfo::Distortion::PLUMB_BOB)
+    return fail(ErrorCode::Unsupported, "its distortion is not of the model PLUMB_BOB");
+  ros2::CameraInfo info{.height = message.height(),
+                        .width = message.width(),
+                        .distortion_model = "plumb_bob",
+                        .d = {message.distortion().k().begin(), message.distortion().k().end()}};
+  copy_numbers(message.intrinsics().k(), info.k);
+  copy_numbers(message.projection().p(), info.p);
+  copy_numbers(message.rectification_matrix(), info.r);
+  const auto camera = ros2::from_ros(info);
+  if (!camera) return tl::unexpected(camera.error());
+  return GazeboCamera{from_ignition(message.header().stamp()), *camera};
+}
+
+ignition::msgs::CameraInfo to_ignition(const GazeboCamera& camera) {
+  const ros2::CameraInfo info = ros2::to_ros(camera.camera, camera.stamp);
+  ignition::msgs::CameraInfo message;
+  *message.mutable_header() = header(camera.stamp, "camera");
+  message.set_width(info.width);
+  message.set_height(info.height);
+  message.mutable_distortion()->mutable_k()->Add(info.d.begin(), info.d.end());
+  message.mutable_intrinsics()->mutable_k()->Add(info.k.begin(), info.k.end());
+  message.mutable_projection()->mutable_p()->Add(info.p.begin(), info.p.end());
+  message.mutable_rectification_matrix()->Add(info.r.begin(), info.r.end());
+  return message;
+}
+
 namespace {
 
 namespace msgs = ignition::msgs;

@@ -12,12 +12,12 @@ namespace waymark {
 namespace {
 
 using std::chrono::milliseconds;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
-constexpr VelocityCommand kDrive{0.3, 0.1};
-constexpr VelocityCommand kZero{};
+using ::testing::ElementsAre;
+
+using ::testing::HasSubstr;
+
+using ::testing::IsEmpty;
 
 /// A LIMO that drives a circle, and what the bridge makes of its frames.
 class Circle {
@@ -94,115 +94,76 @@ TEST(LimoOdometry, OneMessageThatLeapsIsLeftOutTwoAreBelieved) {
   EXPECT_EQ(robot.newest.speed_m_s, -0.9);
 }
 
-/// The gate, and a LIMO that says every 20 ms how it is.
-class Gate {
- public:
-  explicit Gate(LimoDrive file = LimoDrive::Differential) : gate(file) {}
-
-  VelocityCommand step(const VelocityCommand& asked) {
-    now += milliseconds(20);
-    gate.hear(state, now);
-    if (speaks) gate.hear(LimoMotion{.speed_m_s = speed_m_s}, now);
-    return gate.pass(asked, now);
+TEST(FrameClock, StampsKeepTheBeatThroughDelaysThatOnlyMakeLate) {
+  std::mt19937 random(3);
+  std::exponential_distribution<double> delay_s(1 / 0.004);
+  FrameClock clock;
+  const double period_s = 1 / 50.7;
+  double squares = 0;
+  int counted = 0;
+  SensorTime before{};
+  Duration arrived_before{};
+  for (int k = 0; k < 50 * 600; ++k) {
+    const double sent_s = 100 + k * period_s;
+    // As USB bridges do: what came within 16 ms is handed over together.
+    const double handed_s = std::ceil((sent_s + delay_s(random)) / 0.016) * 0.016;
+    const Duration arrived = std::max(arrived_before, Duration(static_cast<std::int64_t>(handed_s * 1e9)));
+    arrived_before = arrived;
+    const SensorTime stamp = clock.stamp(arrived);
+    ASSERT_GT(stamp, before);
+    before = stamp;
+    if (k < 500) continue;
+    ASSERT_LE(stamp.time_since_epoch(), arrived + Duration(64));
+    const double late_s = to_seconds(stamp.time_since_epoch()) - sent_s;
+    squares += late_s * late_s;
+    ++counted;
   }
-  VelocityCommand steps(int count, const VelocityCommand& asked) {
-    VelocityCommand passed;
-    for (int k = 0; k < count; ++k) passed = step(asked);
-    return passed;
+  EXPECT_NEAR(*clock.period_s(), period_s, 1e-4);
+  EXPECT_LT(std::sqrt(squares / counted), 0.005) << "arrivals themselves: 13 ms";
+}
+
+TEST(FrameClock, LostMessagesDoNotShiftIt) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> chance(0, 1);
+  for (const bool told : {true, false}) {
+    FrameClock clock;
+    double worst_s = 0;
+    bool lost = false;
+    for (int k = 0; k < 20000; ++k) {
+      const double sent_s = 5 + 0.02 * k;
+      if (k > 100 && chance(random) < 0.005) {
+        lost = told;
+        continue;
+      }
+      const SensorTime stamp =
+          clock.stamp(Duration(static_cast<std::int64_t>(1e9 * (sent_s + 0.002 * chance(random)))), lost);
+      lost = false;
+      worst_s = std::max(worst_s, std::abs(to_seconds(stamp.time_since_epoch()) - sent_s));
+    }
+    EXPECT_LT(worst_s, told ? 0.003 : 0.065) << "untold: until the window is full";
   }
-
-  CommandGate gate;
-  LimoState state{.commanded = true};
-  double speed_m_s = 0;
-  bool speaks = true;
-  Duration now = std::chrono::seconds(9);
-};
-
-TEST(CommandGate, NothingMovesBeforeLimoObeys) {
-  Gate robot;
-  robot.state.commanded = false;
-  EXPECT_TRUE(robot.gate.asks_for_command(robot.now));
-  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "five times a second";
-  EXPECT_EQ(robot.steps(20, kDrive), kZero);
-  EXPECT_TRUE(robot.gate.asks_for_command(robot.now));
-  EXPECT_FALSE(robot.gate.ready());
-  robot.state.commanded = true;
-  EXPECT_EQ(robot.steps(3, kDrive), kDrive);
-  EXPECT_TRUE(robot.gate.ready());
-  EXPECT_FALSE(robot.gate.asks_for_command(robot.now));
-  EXPECT_THAT(robot.gate.take_words(), IsEmpty());
 }
 
-TEST(CommandGate, TheRemoteControlIsNotFoughtAndTheDriverMustAskForZeroBeforeItDrivesAgain) {
-  Gate robot;
-  EXPECT_EQ(robot.steps(5, kDrive), kDrive);
-  robot.state.commanded = false;
-  robot.speed_m_s = 0.4;
-  EXPECT_EQ(robot.steps(2, kDrive), kZero);
-  EXPECT_THAT(robot.gate.take_words(), ElementsAre(HasSubstr("remote control")));
-  EXPECT_EQ(robot.steps(100, kZero), kZero);
-  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "somebody drives it";
-  robot.speed_m_s = 0;
-  (void)robot.steps(2, kDrive);
-  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "it would drive off";
-  (void)robot.steps(2, kZero);
-  EXPECT_TRUE(robot.gate.asks_for_command(robot.now));
-  (void)robot.steps(2, kDrive);
-  robot.state.commanded = true;
-  EXPECT_EQ(robot.steps(10, kDrive), kZero) << "no zero since it obeys again";
-  (void)robot.step(kZero);
-  EXPECT_EQ(robot.step(kDrive), kDrive);
-}
-
-TEST(CommandGate, SilenceOfAQuarterOfASecondIsZeroWithWords) {
-  Gate robot;
-  EXPECT_EQ(robot.steps(5, kDrive), kDrive);
-  robot.speaks = false;
-  EXPECT_EQ(robot.steps(12, kDrive), kDrive);
-  EXPECT_EQ(robot.steps(1, kDrive), kZero);
-  EXPECT_THAT(robot.gate.take_words(), ElementsAre(HasSubstr("nothing was heard")));
-  robot.speaks = true;
-  EXPECT_EQ(robot.step(kDrive), kDrive);
-}
-
-TEST(CommandGate, EmergencyStopErrorsAndTheWrongLatchesAreZero) {
-  for (int what = 0; what < 4; ++what) {
-    Gate robot;
-    EXPECT_EQ(robot.steps(5, kDrive), kDrive);
-    if (what == 0) robot.state.vehicle = LimoState::Vehicle::EmergencyStop;
-    if (what == 1) robot.state.vehicle = LimoState::Vehicle::Exception;
-    if (what == 2) robot.state.errors = 1U << 4U;
-    if (what == 3) robot.state.drive = LimoDrive::Ackermann;
-    EXPECT_EQ(robot.steps(2, kDrive), kZero) << what;
-    EXPECT_FALSE(robot.gate.take_words().empty()) << what;
-    robot.state = {.commanded = true};
-    EXPECT_EQ(robot.steps(5, kDrive), kZero) << what;
-    (void)robot.step(kZero);
-    EXPECT_EQ(robot.step(kDrive), kDrive) << what;
+TEST(FrameClock, WhatHadPiledUpAndCameAtOnceIsNoBeat) {
+  FrameClock clock;
+  SensorTime before{};
+  for (int k = 0; k < 2000; ++k) {
+    const Duration arrived = milliseconds(1000 + 20 * std::max(0, k - 40));
+    const SensorTime stamp = clock.stamp(arrived, k % 7 == 0);
+    ASSERT_GT(stamp, before) << k;
+    ASSERT_LE(stamp.time_since_epoch(), arrived + Duration(64)) << k;
+    before = stamp;
   }
-  Gate tired;
-  tired.state.errors = 3;
-  EXPECT_EQ(tired.steps(5, kDrive), kDrive) << "a low battery is said, no more";
-  EXPECT_THAT(tired.gate.take_words(), ElementsAre(HasSubstr("nearly empty"), HasSubstr("low")));
+  EXPECT_GT(*clock.period_s(), 0.01) << "it was zero, and stamps were no numbers";
 }
 
-TEST(CommandGate, OneDamagedFrameDoesNotStopIt) {
-  Gate robot;
-  EXPECT_EQ(robot.steps(5, kDrive), kDrive);
-  robot.state.commanded = false;
-  EXPECT_EQ(robot.step(kDrive), kDrive);
-  robot.state.commanded = true;
-  EXPECT_EQ(robot.steps(3, kDrive), kDrive);
-  EXPECT_THAT(robot.gate.take_words(), IsEmpty());
-}
-
-TEST(CommandGate, MecanumAndTracksAreDrivenByTheFileOfTheDifferentialDrive) {
-  Gate robot;
-  robot.state.drive = LimoDrive::Mecanum;
-  EXPECT_EQ(robot.steps(5, kDrive), kDrive);
-  EXPECT_EQ(robot.gate.drive(), LimoDrive::Mecanum);
-  Gate tracks(LimoDrive::Tracked);
-  EXPECT_EQ(tracks.steps(5, kDrive), kDrive);
+TEST(FrameClock, BeginsAnewAfterASilence) {
+  FrameClock clock;
+  for (int k = 0; k < 200; ++k) (void)clock.stamp(milliseconds(20 * k));
+  for (int k = 0; k < 200; ++k) {
+    const Duration arrived = milliseconds(60000 + 10 * k);
+    EXPECT_LE(arrived - clock.stamp(arrived).time_since_epoch(), milliseconds(10)) << k;
+  }
 }
 
 }  // namespace

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "waymark/base/error.hpp"
+#include "waymark/robots/limo/limo_messages.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -16,5 +20,20 @@ namespace waymark {
 
 /// The ports of this computer at which a LIMO may be, by path.
 [[nodiscard]] std::vector<std::string> list_serial_ports();
+
+/// What came over LIMO's port while nothing was sent.
+struct LimoHeard {
+  std::uint64_t bytes = 0;
+  std::uint64_t skipped_bytes = 0;  ///< belonged to no frame
+  std::uint64_t frames = 0;
+  double motion_rate_hz = 0;         ///< of 0x221
+  double gyro_rate_hz = 0;           ///< of 0x322
+  std::optional<LimoState> state{};  ///< the newest
+};
+
+/// Opens the port and listens for so long, or until it is `cancelled`. Sends nothing: a LIMO that somebody
+/// drives is left alone. Errors: as open_serial_port(); Unreadable where the port is cut.
+[[nodiscard]] Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
+                                               const std::function<bool()>& cancelled);
 
 }  // namespace waymark

@@ -11,10 +11,9 @@
 
 #include "waymark/recording/lcm/mbot_samples.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
-#include "waymark/robots/process/arrival_clock.hpp"
 #include "waymark/robots/process/drop_words.hpp"
+#include "waymark/robots/process/robot_clock.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
-#include "waymark/robots/process/stamp_gate.hpp"
 
 namespace waymark {
 

@@ -10,9 +10,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/robots/mbot/presence.hpp"
+#include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/robots/process/command_sender.hpp"
-#include "waymark/robots/process/sender_watch.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

@@ -1,13 +1,57 @@
 #include "waymark/robots/process/command_sender.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 
 #include <poll.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
 
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
+
+void CommandRepeat::offer(const VelocityCommand& command, Duration now) {
+  const bool finite = std::isfinite(command.speed_m_s) && std::isfinite(command.yaw_rate_rad_s);
+  command_ = finite ? command : VelocityCommand{};
+  given_ = now;
+  fresh_ = true;
+}
+
+std::optional<VelocityCommand> CommandRepeat::due(Duration now) {
+  if (now - given_ > options_.timeout) command_ = {};
+  if (!fresh_ && published_ && now - *published_ < options_.period) return std::nullopt;
+  fresh_ = false;
+  published_ = now;
+  return command_;
+}
+
+Duration CommandRepeat::wait(Duration now) const {
+  if (fresh_ || !published_) return Duration(0);
+  return std::clamp(*published_ + options_.period - now, Duration(0), options_.period);
+}
+
+Status SenderWatch::alone(const std::string& where, const std::string& who, const std::string& start) const {
+  if (listen_ == Duration(0) || commands_ < kCommandsOfADriver) return {};
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("another program commands this robot{}: {} commands in {:.1f} s",
+                          who.empty() ? "" : ", " + who, commands_, to_seconds(listen_)),
+              {.source = where},
+              fmt::format("End it. Where both are meant to drive: --robot \"process:waymark {} "
+                          "--share-commands\" --robot-file NAME.",
+                          start));
+}
+
+std::string name_of_this_process() {
+  std::array<char, 65> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
+  return fmt::format("waymark (process {} on {})", getpid(), host.data());
+}
+
 namespace {
 
 constexpr int kFarewells = 4;

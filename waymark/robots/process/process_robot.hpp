@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/robots/process/arrival_clock.hpp"
+#include "waymark/robots/process/robot_clock.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
 #include "waymark/robots/watchdog/watched_process.hpp"
 #include "waymark/samples/robot.hpp"

@@ -2,16 +2,16 @@
 
 #include <limits>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/robots/process/arrival_clock.hpp"
-#include "waymark/robots/process/base64.hpp"
+#include "waymark/robots/process/robot_clock.hpp"
 
 namespace waymark {
 namespace {
@@ -312,22 +312,6 @@ TEST(RobotMessages, AnyBytesAreReadOrRefused) {
   }
   EXPECT_FALSE(reader.read(std::string(200000, '[')));
   EXPECT_LE(reader.warnings().size(), 50U);
-}
-
-TEST(ArrivalClock, ShowsTheRobotsTimeBehindTheFastestSample) {
-  ArrivalClock clock;
-  EXPECT_FALSE(clock.at(seconds(1)));
-  const Duration offset = seconds(1000);  // the robot's clock is so far ahead
-  Random random(3);
-  for (int i = 0; i < 1500; ++i) {
-    const Duration truth = milliseconds(20 * i);
-    const Duration way = milliseconds(2 + static_cast<int>(random.index(60)));
-    clock.receive(SensorTime(truth + offset), truth + way);
-    if (i < 100) continue;
-    const Duration shown = clock.at(truth + way)->time_since_epoch() - offset;
-    EXPECT_LE(shown, truth + way);
-    EXPECT_GE(shown, truth + way - milliseconds(6)) << i;
-  }
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ tl::unexpected<Error> wrong(std::string message, std::string hint = {}) {
   return fail(ErrorCode::InvalidArgument, std::move(message), {.source = kInitialPoseTopic}, std::move(hint));
 }
 
-bool sound(const ros2::Pose& pose) {
+bool plausible(const ros2::Pose& pose) {
   const ros2::Quaternion& q = pose.orientation;
   const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
   return std::abs(pose.position.x) < kFarthest_m && std::abs(pose.position.y) < kFarthest_m &&
@@ -56,7 +56,7 @@ Result<GivenPose> read_initial_pose(std::span<const std::uint8_t> cdr) {
   if (frame != ros2::kMapFrame)
     return wrong(fmt::format("the pose is in the frame '{}', not in '{}'", frame, ros2::kMapFrame),
                  fmt::format("Set RViz's fixed frame to {}.", ros2::kMapFrame));
-  if (!sound(message->pose.pose))
+  if (!plausible(message->pose.pose))
     return wrong(fmt::format(
         "the position is not finite or farther than {:g} m, or the orientation is no unit quaternion",
         kFarthest_m));

@@ -10,8 +10,8 @@
 #include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/ros2/offered_qos.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
-#include "waymark/robots/ros2/publisher_names.hpp"
-#include "waymark/robots/ros2/velocity_message.hpp"
+#include "waymark/robots/ros2/other_publishers.hpp"
+#include "waymark/robots/ros2/velocity_commands.hpp"
 
 namespace waymark {
 namespace {

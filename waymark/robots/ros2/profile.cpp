@@ -12,7 +12,6 @@
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/robots/dds/discovery.hpp"
 #include "waymark/robots/dds/ros_environment.hpp"
-#include "waymark/robots/dds/ros_graph.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
 namespace waymark {

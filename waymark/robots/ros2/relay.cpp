@@ -9,10 +9,9 @@
 #include "waymark/base/message_text.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
-#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
-#include "waymark/robots/ros2/velocity_message.hpp"
-#include "waymark/robots/ros2/zero_guard.hpp"
+#include "waymark/robots/ros2/velocity_commands.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {

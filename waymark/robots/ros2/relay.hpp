@@ -8,7 +8,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/discovery.hpp"
-#include "waymark/robots/process/command_repeat.hpp"
+#include "waymark/robots/process/command_sender.hpp"
 
 namespace waymark {
 

@@ -9,7 +9,7 @@
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/ros2/sample_decoder.hpp"
-#include "waymark/robots/ros2/velocity_message.hpp"
+#include "waymark/robots/ros2/velocity_commands.hpp"
 
 namespace waymark {
 namespace {

@@ -11,12 +11,10 @@
 
 #include <fmt/format.h>
 
-#include "waymark/robots/dds/open_bus.hpp"
+#include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 #include "waymark/robots/process/command_sender.hpp"
-#include "waymark/robots/process/sender_watch.hpp"
-#include "waymark/robots/ros2/other_drivers.hpp"
-#include "waymark/robots/ros2/publisher_names.hpp"
+#include "waymark/robots/ros2/other_publishers.hpp"
 #include "waymark/robots/ros2/robot_bridge.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 #include "waymark/robots/wire/simulation_watch.hpp"

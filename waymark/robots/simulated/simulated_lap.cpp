@@ -1,16 +1,216 @@
 #include "waymark/robots/simulated/simulated_lap.hpp"
 
+#include <algorithm>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
 
-#include "waymark/robots/simulated/sample_line.hpp"
-#include "waymark/robots/simulated/simulated_source.hpp"
+#include "waymark/robots/simulated/detecting_camera.hpp"
 #include "waymark/simulation/world/world.hpp"
 
 namespace waymark {
 namespace {
+
+constexpr Duration kControlPeriod = std::chrono::milliseconds(50);
+
+}  // namespace
+
+Result<std::optional<RobotEvent>> SimulatedSource::next(Duration /*most*/) {
+  if (std::exchange(asks_, false)) return std::optional<RobotEvent>(CommandRequest{robot_.now()});
+  Sample sample = robot_.next();
+  if (robot_.uptime() >= next_request_) {
+    next_request_ += kControlPeriod;
+    asks_ = true;
+  }
+  if (auto* picture = std::get_if<CameraFrame>(&sample); picture != nullptr && scene_camera_) {
+    auto taken = scene_camera_->take(robot_.shot());
+    if (!taken) return tl::unexpected(taken.error());
+    picture->image = std::move(taken->image);
+  }
+  return std::optional<RobotEvent>(std::move(sample));
+}
+
+namespace {
+
+/// Pictures taken and looked at by several threads, and given back in the order in which they were asked for,
+/// so that whatever is made of them does not depend on the number of threads.
+class PictureLine {
+ public:
+  /// One thread an scene_camera; with a single scene_camera none: pictures are then taken by whoever asks for
+  /// them.
+  explicit PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras);
+  ~PictureLine();
+  PictureLine(const PictureLine&) = delete;
+  PictureLine& operator=(const PictureLine&) = delete;
+
+  /// Asks for a picture. Never waits: the caller keeps pending() small.
+  void push(CameraShot shot);
+  /// Pictures asked for and not yet given back.
+  [[nodiscard]] std::size_t pending() const { return jobs_.size(); }
+  /// Whether pop() would not wait.
+  [[nodiscard]] bool ready() const;
+  /// The oldest picture; waits for it. There must be one pending.
+  [[nodiscard]] Result<SeenPicture> pop();
+
+ private:
+  struct Job {
+    CameraShot shot;
+    std::optional<Result<SeenPicture>> result{};
+    bool taken = false;
+  };
+  void work(DetectingCamera& scene_camera);
+
+  std::vector<std::unique_ptr<DetectingCamera>> cameras_;
+  mutable std::mutex mutex_;
+  std::condition_variable work_to_do_;
+  std::condition_variable picture_done_;
+  std::deque<std::shared_ptr<Job>> jobs_;
+  bool closing_ = false;
+  std::vector<std::thread> threads_;
+};
+
+PictureLine::PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras)
+    : cameras_(std::move(scene_cameras)) {
+  if (cameras_.size() < 2) return;
+  for (const auto& scene_camera : cameras_)
+    threads_.emplace_back([this, &scene_camera] { work(*scene_camera); });
+}
+
+PictureLine::~PictureLine() {
+  {
+    const std::lock_guard lock(mutex_);
+    closing_ = true;
+  }
+  work_to_do_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void PictureLine::work(DetectingCamera& scene_camera) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    const auto waiting = [&] {
+      return std::ranges::find(jobs_, false, [](const auto& j) { return j->taken; });
+    };
+    work_to_do_.wait(lock, [&] { return closing_ || waiting() != jobs_.end(); });
+    if (closing_) return;
+    const std::shared_ptr<Job> job = *waiting();
+    job->taken = true;
+    lock.unlock();
+    auto seen = scene_camera.detect(job->shot);
+    lock.lock();
+    job->result = std::move(seen);
+    picture_done_.notify_all();
+  }
+}
+
+void PictureLine::push(CameraShot shot) {
+  {
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back(std::make_shared<Job>(Job{.shot = std::move(shot)}));
+  }
+  work_to_do_.notify_one();
+}
+
+bool PictureLine::ready() const {
+  const std::lock_guard lock(mutex_);
+  return !jobs_.empty() && (threads_.empty() || jobs_.front()->result.has_value());
+}
+
+Result<SeenPicture> PictureLine::pop() {
+  std::unique_lock lock(mutex_);
+  const std::shared_ptr<Job> job = jobs_.front();
+  if (threads_.empty()) {
+    jobs_.pop_front();
+    return cameras_.front()->detect(job->shot);
+  }
+  picture_done_.wait(lock, [&] { return job->result.has_value(); });
+  jobs_.pop_front();
+  return std::move(*job->result);
+}
+
+/// What a robot says on its way to a listener: in order, with a frame of tags where it took a picture.
+class SampleLine {
+ public:
+  /// Makes as many scene_cameras as the setup wants threads; none without pictures.
+  [[nodiscard]] static Result<std::unique_ptr<SampleLine>> make(const SimulatedSetup& setup,
+                                                                const LapListener& listener);
+
+  /// A sample, and where it is a picture, how to take it. Passes on what is ready; waits when too many
+  /// pictures are on their way.
+  [[nodiscard]] Status add(Sample sample, const CameraShot& shot);
+  /// A sample that the robot did not say (a command).
+  [[nodiscard]] Status add(Sample sample) { return add(std::move(sample), {}); }
+  /// Passes on everything that is still on its way.
+  [[nodiscard]] Status finish();
+
+ private:
+  SampleLine(std::unique_ptr<PictureLine> pictures, std::size_t threads, const LapListener& listener)
+      : pictures_(std::move(pictures)), most_pending_(3 * threads), listener_(listener) {}
+  [[nodiscard]] Status pass_first();
+
+  std::unique_ptr<PictureLine> pictures_;
+  std::size_t most_pending_;
+  const LapListener& listener_;
+  std::deque<Sample> waiting_;
+};
+
+bool is_picture(const Sample& sample) { return std::holds_alternative<CameraFrame>(sample); }
+
+Result<std::unique_ptr<SampleLine>> SampleLine::make(const SimulatedSetup& setup,
+                                                     const LapListener& listener) {
+  const auto threads = static_cast<std::size_t>(std::clamp(setup.threads, 1, 64));
+  std::unique_ptr<PictureLine> pictures;
+  if (setup.pictures) {
+    const auto world = std::make_shared<const World>(setup.world);
+    std::vector<std::unique_ptr<DetectingCamera>> scene_cameras;
+    for (std::size_t i = 0; i < threads; ++i) {
+      auto scene_camera = scene_cameras.empty()
+                              ? DetectingCamera::make(world, setup.cameras(), *setup.pictures)
+                              : scene_cameras.front()->another();
+      if (!scene_camera) return tl::unexpected(scene_camera.error());
+      scene_cameras.push_back(std::move(*scene_camera));
+    }
+    pictures = std::make_unique<PictureLine>(std::move(scene_cameras));
+  }
+  return std::unique_ptr<SampleLine>(
+      new SampleLine(std::move(pictures), threads > 1 ? threads : 0, listener));
+}
+
+Status SampleLine::pass_first() {
+  Sample sample = std::move(waiting_.front());
+  waiting_.pop_front();
+  if (!is_picture(sample) || !pictures_) return listener_.on_sample(sample);
+  auto seen = pictures_->pop();
+  if (!seen) return tl::unexpected(seen.error());
+  if (Status status = listener_.on_picture(*seen); !status) return status;
+  return listener_.on_sample(seen->found);
+}
+
+Status SampleLine::add(Sample sample, const CameraShot& shot) {
+  if (pictures_ && is_picture(sample)) pictures_->push(shot);
+  waiting_.push_back(std::move(sample));
+  while (!waiting_.empty()) {
+    const bool on_its_way = pictures_ && is_picture(waiting_.front()) && !pictures_->ready();
+    if (on_its_way && pictures_->pending() <= most_pending_) return {};
+    if (Status status = pass_first(); !status) return status;
+  }
+  return {};
+}
+
+Status SampleLine::finish() {
+  while (!waiting_.empty()) {
+    if (Status status = pass_first(); !status) return status;
+  }
+  return {};
+}
 
 constexpr double kPathStepMetres = 0.02;
 /// The driver's hand must not shake in step with the sensors' noise.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,9 +10,31 @@
 #include "waymark/robots/simulated/simulated_robot.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/samples/mounted_camera.hpp"
+#include "waymark/samples/robot.hpp"
 #include "waymark/simulation/robot/scripted_driver.hpp"
 
 namespace waymark {
+
+/// The samples of a simulated robot, which asks for a command twenty times a second of its own time and waits
+/// for it.
+class SimulatedSource final : public Source {
+ public:
+  /// The robot outlives it. `scene_camera`: takes the pictures; without it CameraFrames have none, and
+  /// SimulatedRobot::shot() says how to take the last one.
+  explicit SimulatedSource(SimulatedRobot& robot, std::unique_ptr<DetectingCamera> scene_camera = nullptr)
+      : robot_(robot), scene_camera_(std::move(scene_camera)) {}
+
+  /// Never waits and never ends: the simulated world goes on.
+  Result<std::optional<RobotEvent>> next(Duration most) override;
+  [[nodiscard]] bool more() const override { return true; }
+  [[nodiscard]] std::optional<SensorTime> now() const override { return robot_.now(); }
+
+ private:
+  SimulatedRobot& robot_;
+  std::unique_ptr<DetectingCamera> scene_camera_;
+  Duration next_request_{};
+  bool asks_ = false;
+};
 
 /// The place, the robot in it, and how both behave.
 struct SimulatedSetup {

@@ -1,4 +1,11 @@
+// Laps on pictures: the samples do not depend on the number of threads, and the tags are where they
+// are.
 #include "waymark/robots/simulated/simulated_lap.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -117,6 +124,125 @@ TEST(SimulatedLap, AReplayThatSeesNoTagOfItsMapIsGivenUp) {
   EXPECT_EQ(end->state, ReplayState::Waiting);
   EXPECT_NEAR(end->lap_s, 2, 0.1);
   EXPECT_LT(reached_m, 0.01) << "a robot that does not know where it is stands";
+}
+
+/// A short way past four tags; a small picture keeps it quick.
+SimulatedSetup some_setup(int threads) {
+  World world{.name = "line", .path_m = {{0, 0}, {0.3, 0}, {0.6, 0.02}}, .path_closed = false};
+  for (const int i : {0, 1, 2, 3})
+    world.tags.tags[{FamilyId::Tag36h11, i}] = {
+        .map_T_tag = upright_tag({2.0, 0.45 - 0.3 * i, 0.3}, std::numbers::pi), .size_m = 0.16};
+  world.anchor = {FamilyId::Tag36h11, 0};
+  const Eigen::Matrix3d optical = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  return {.world = world,
+          .model = {.limits = {.speed_m_s = 1,
+                               .yaw_rate_rad_s = 2,
+                               .acceleration_m_s2 = 2,
+                               .yaw_acceleration_rad_s2 = 8},
+                    .wheel_radius_m = 0.05,
+                    .track_m = 0.2,
+                    .base_T_cam = SE3(SO3::from_matrix(optical), {0.1, 0, 0.2})},
+          .camera =
+              CameraModel::make(
+                  PinholeRadtan{.fx = 300, .fy = 300, .cx = 160, .cy = 120, .k = {-0.05}, .coefficients = 4},
+                  320, 240)
+                  .value(),
+          .robot = {.camera_rate_hz = 10},
+          .pictures = DetectingCameraOptions{},
+          .threads = threads};
+}
+
+struct Heard {
+  std::vector<Sample> samples;
+  std::vector<SeenPicture> pictures;
+};
+
+Heard drive(const SimulatedSetup& setup) {
+  Heard received;
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) -> Status {
+    received.samples.push_back(sample);
+    return {};
+  };
+  listener.on_picture = [&](const SeenPicture& seen) -> Status {
+    received.pictures.push_back(seen);
+    return {};
+  };
+  const auto end = drive_scripted_lap(setup, {}, listener);
+  EXPECT_TRUE(end && end->finished);
+  return received;
+}
+
+const TagFrame* frame_of(const Sample& sample) { return std::get_if<TagFrame>(&sample); }
+
+TEST(PicturesByThreads, OfALapAreTheSameWhateverTheirNumber) {
+  const Heard one = drive(some_setup(1));
+  ASSERT_GT(one.pictures.size(), 15U);
+  for (const int threads : {2, 5}) {
+    const Heard more = drive(some_setup(threads));
+    ASSERT_EQ(one.samples.size(), more.samples.size());
+    for (std::size_t i = 0; i < one.samples.size(); ++i) {
+      ASSERT_EQ(one.samples[i].index(), more.samples[i].index()) << "in the same order";
+      ASSERT_EQ(stamp_of(one.samples[i]), stamp_of(more.samples[i]));
+      const TagFrame* a = frame_of(one.samples[i]);
+      if (a == nullptr) continue;
+      const TagFrame& b = *frame_of(more.samples[i]);
+      ASSERT_EQ(a->detections.size(), b.detections.size());
+      for (std::size_t k = 0; k < a->detections.size(); ++k)
+        EXPECT_EQ(a->detections[k].corners_px, b.detections[k].corners_px);
+    }
+    ASSERT_EQ(one.pictures.size(), more.pictures.size());
+    for (std::size_t i = 0; i < one.pictures.size(); ++i)
+      EXPECT_EQ(one.pictures[i].picture.image, more.pictures[i].picture.image) << i;
+  }
+}
+
+TEST(Pictures, ShowTheTagsWhereTheTruthSaysTheyAre) {
+  int found = 0;
+  int there = 0;
+  double worst = 0;
+  for (const SeenPicture& seen : drive(some_setup(1)).pictures) {
+    for (const SceneTagTruth& truth : seen.picture.tags) {
+      if (std::ranges::count(truth.corner_visible, true) < 4) continue;
+      ++there;
+      const auto detection = std::ranges::find(seen.found.detections, truth.tag, &TagDetection::tag);
+      if (detection == seen.found.detections.end()) continue;
+      ++found;
+      for (std::size_t k = 0; k < 4; ++k)
+        worst = std::max(worst, (detection->corners_px[k] - truth.corners_px[k]).norm());
+    }
+  }
+  ASSERT_GT(there, 40);
+  EXPECT_GT(found, 0.95 * there);
+  EXPECT_LT(worst, 1.0) << "px";
+}
+
+TEST(Pictures, OfACoveredLensAreDark) {
+  SimulatedSetup setup = some_setup(2);
+  setup.robot.faults = {{.kind = FaultKind::CameraBlackout, .at_s = 0.5, .for_s = 0.5},
+                        {.kind = FaultKind::TagRemoved, .at_s = 1.5, .tag = {FamilyId::Tag36h11, 1}}};
+  int dark = 0;
+  for (const SeenPicture& seen : drive(setup).pictures) {
+    const double now_s = to_seconds(seen.found.stamp.time_since_epoch());
+    const bool covered = now_s >= 0.5 && now_s < 1.0;
+    dark += covered ? 1 : 0;
+    EXPECT_EQ(seen.found.detections.empty(), covered) << now_s;
+    const bool second =
+        std::ranges::count(seen.found.detections, TagId{FamilyId::Tag36h11, 1}, &TagDetection::tag) > 0;
+    EXPECT_TRUE(covered || second == (now_s < 1.5)) << now_s;
+  }
+  EXPECT_EQ(dark, 5);
+}
+
+TEST(PicturesByThreads, MayBeStoppedAtAnyTime) {
+  SimulatedSetup setup = some_setup(4);
+  int samples = 0;
+  LapListener listener;
+  listener.on_sample = [&](const Sample&) -> Status {
+    if (++samples > 300) return fail(ErrorCode::Unwritable, "disk full");
+    return {};
+  };
+  EXPECT_FALSE(drive_scripted_lap(setup, {}, listener));
 }
 
 }  // namespace

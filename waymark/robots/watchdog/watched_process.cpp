@@ -7,13 +7,13 @@
 #include <cstring>
 #include <filesystem>
 
-#include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "waymark/robots/watchdog/command_watch.hpp"
+#include <fmt/format.h>
+
 #include "waymark/robots/watchdog/watch_robot.hpp"
 
 namespace waymark {

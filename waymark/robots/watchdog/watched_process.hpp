@@ -7,7 +7,6 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/robots/watchdog/lines.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 #include "waymark/robots/watchdog/robot_command.hpp"
 

@@ -1,15 +1,19 @@
 #include "waymark/robots/watchdog/watched_process.hpp"
 
+#include <array>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 
 #include <fcntl.h>
-#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
 
@@ -288,6 +292,18 @@ TEST(Watchdog, ASlowRobotNeverWorksOffAQueue) {
   }
   EXPECT_LE(moves, 60) << "most orders were overtaken";
   EXPECT_LE(late, 1);
+}
+
+TEST(WatchdogProgram, ItsHelpSucceedsAndIsStandardOutput) {
+  const std::string command = "'" WAYMARK_WATCHDOG "' --help";
+  std::FILE* out = popen(command.c_str(), "r");
+  ASSERT_NE(out, nullptr);
+  std::array<char, 200> line{};
+  EXPECT_NE(std::fgets(line.data(), line.size(), out), nullptr);
+  while (std::fgetc(out) != EOF) {
+  }
+  EXPECT_EQ(pclose(out), 0);
+  EXPECT_EQ(std::string(line.data()).find("usage: waymark-watchdog"), 0U) << line.data();
 }
 
 }  // namespace

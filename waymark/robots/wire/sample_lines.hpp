@@ -1,19 +1,44 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "waymark/base/error.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/process/drop_words.hpp"
+#include "waymark/robots/process/robot_clock.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
-#include "waymark/robots/process/stamp_gate.hpp"
 
 namespace waymark {
+
+/// Pictures on their way to another process, as files in memory: a folder of ten names in turn, in /dev/shm
+/// where it is there. Each is whole when it has its name. The folder goes with this.
+class PictureRing {
+ public:
+  static Result<PictureRing> make();
+  ~PictureRing();
+  PictureRing(PictureRing&& other) noexcept : folder_(std::exchange(other.folder_, {})), next_(other.next_) {}
+  PictureRing(const PictureRing&) = delete;
+  PictureRing& operator=(const PictureRing&) = delete;
+  PictureRing& operator=(PictureRing&&) = delete;
+
+  /// The path of the file with these bytes; it is overwritten ten pictures later.
+  Result<std::string> put(std::span<const std::uint8_t> bytes);
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  explicit PictureRing(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  std::filesystem::path folder_;
+  unsigned next_ = 0;
+};
 
 /// Puts a picture, the bytes of a JPEG, PNG or PNM file, where the other side finds it: the path of a file.
 using PutPicture = std::function<Result<std::string>(std::span<const std::uint8_t>)>;

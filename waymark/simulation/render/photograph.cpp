@@ -88,7 +88,7 @@ double Backdrop::at(double x, double y) const {
   return clutter(seed, size_px, x, y);
 }
 
-constexpr std::uint8_t kPaper = 255;
+constexpr std::uint8_t kPaperReflectance = 255;
 
 constexpr std::uint8_t kOpenCell = 128;
 
@@ -162,11 +162,11 @@ PlanarPattern tag_pattern(const TagInScene& tag) {
   PlanarPattern pattern;
   pattern.x_lines_m = lines(tags.total_width, cell_m, tag.margin_cells * cell_m);
   pattern.y_lines_m = pattern.x_lines_m;
-  pattern.levels = Image(tags.total_width + 2 * margin, tags.total_width + 2 * margin, kPaper);
+  pattern.levels = Image(tags.total_width + 2 * margin, tags.total_width + 2 * margin, kPaperReflectance);
   auto cell = cells.begin();
   for (int y = 0; y < tags.total_width; ++y) {
     for (int x = 0; x < tags.total_width; ++x) {
-      pattern.levels.row(y + margin)[x + margin] = *cell == kOpenCell ? kPaper : *cell;
+      pattern.levels.row(y + margin)[x + margin] = *cell == kOpenCell ? kPaperReflectance : *cell;
       ++cell;
     }
   }

@@ -10,7 +10,7 @@
 namespace waymark {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoReturn = std::numeric_limits<double>::infinity();
 
 /// The board of an upright panel as a box.
 Occluder as_box(const Panel& panel) {
@@ -39,7 +39,7 @@ Lidar::Lidar(const World& world, const LidarOptions& options) : options_(options
 
 double Lidar::range_m(const Eigen::Vector2d& map_p, double angle_rad) const {
   const Eigen::Vector2d direction(std::cos(angle_rad), std::sin(angle_rad));
-  double nearest = kInfinity;
+  double nearest = kNoReturn;
   for (const Footprint& thing : things_) {
     const Eigen::Vector2d away = map_p - thing.centre_m;
     const auto across = [&](const Eigen::Vector2d& v) {
@@ -82,7 +82,7 @@ LaserScan Lidar::scan(const SE2& map_T_base, const Eigen::Vector3d& twist, Senso
     const double measured = range_m(map_T_lidar.translation(), angle) + options_.noise_m * random.normal();
     const bool lost = random.uniform() < options_.dropout;
     const bool inside = measured >= options_.range_min_m && measured <= options_.range_max_m;
-    scan.ranges_m.push_back(static_cast<float>(inside && !lost ? measured : kInfinity));
+    scan.ranges_m.push_back(static_cast<float>(inside && !lost ? measured : kNoReturn));
   }
   return scan;
 }

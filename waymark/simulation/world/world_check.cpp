@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-constexpr double kStepMetres = 0.02;
+constexpr double kCheckStepMetres = 0.02;
 
 /// What is looked at from every point.
 struct View {
@@ -61,7 +61,7 @@ std::vector<std::pair<TagId, TagId>> overlapping_tags(World world) {
 
 Result<WorldCheck> check_world(const World& world, const RobotModel& robot, const CameraModel& camera,
                                const TagCameraOptions& options) {
-  const auto path = sample_path(world.path_m, world.path_closed, kStepMetres);
+  const auto path = sample_path(world.path_m, world.path_closed, kCheckStepMetres);
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
                 "Give path_m three distinct points or more.");
@@ -90,7 +90,7 @@ Result<WorldCheck> check_world(const World& world, const RobotModel& robot, cons
     }
   }
   for (const auto& [tags, points] : hiding)
-    check.hidden.push_back({tags.first, tags.second, kStepMetres * static_cast<double>(points)});
+    check.hidden.push_back({tags.first, tags.second, kCheckStepMetres * static_cast<double>(points)});
   check.two_tags_fraction = static_cast<double>(with_two) / static_cast<double>(path.size());
   check.one_tag_fraction = static_cast<double>(with_one) / static_cast<double>(path.size());
   return check;

@@ -1,0 +1,169 @@
+#include "waymark/cameras/v4l2/pictures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/codecs/image_codec.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::array kNames = {
+    std::pair{PixelFormat::Grey, "GREY"}, std::pair{PixelFormat::Nv12, "NV12"},
+    std::pair{PixelFormat::Yuyv, "YUYV"}, std::pair{PixelFormat::Uyvy, "UYVY"},
+    std::pair{PixelFormat::Mjpg, "MJPG"},
+};
+
+/// Every second byte of a row, from the first or the second on.
+void take_luma(const std::uint8_t* from, std::uint8_t* to, int width) {
+  for (int x = 0; x < width; ++x) to[x] = from[2 * x];
+}
+
+Result<Image> from_jpeg(std::span<const std::uint8_t> bytes, const RawLayout& layout) {
+  const DecodeOptions options{.max_pixels = std::int64_t{layout.width} * layout.height};
+  Result<Image> image = decode_image(bytes, "picture of the camera", options);
+  if (!image) return image;
+  if (image->width() == layout.width && image->height() == layout.height) return image;
+  return fail(ErrorCode::Unreadable,
+              fmt::format("a picture of {} x {} px came where {} x {} was agreed", image->width(),
+                          image->height(), layout.width, layout.height));
+}
+
+}  // namespace
+
+const char* to_string(PixelFormat format) {
+  return std::ranges::find(kNames, format, [](const auto& one) { return one.first; })->second;
+}
+
+std::optional<PixelFormat> pixel_format_named(std::string_view name) {
+  for (const auto& [format, word] : kNames)
+    if (name == word) return format;
+  return std::nullopt;
+}
+
+std::vector<std::string> pixel_format_names() {
+  std::vector<std::string> names;
+  for (const auto& [format, word] : kNames) names.emplace_back(word);
+  return names;
+}
+
+std::size_t bytes_of(const RawLayout& layout) {
+  const auto plane = static_cast<std::size_t>(layout.stride) * static_cast<std::size_t>(layout.height);
+  switch (layout.format) {
+    case PixelFormat::Mjpg:
+      return 0;
+    case PixelFormat::Nv12:
+      return plane + plane / 2;
+    default:
+      return plane;
+  }
+}
+
+Result<Image> to_grey(std::span<const std::uint8_t> bytes, const RawLayout& layout) {
+  if (layout.format == PixelFormat::Mjpg) return from_jpeg(bytes, layout);
+  // A driver may leave out what follows the last pixel of the last row.
+  const bool packed = layout.format == PixelFormat::Yuyv || layout.format == PixelFormat::Uyvy;
+  const auto row_bytes = static_cast<std::size_t>(layout.width) * (packed ? 2 : 1);
+  const std::size_t padding = static_cast<std::size_t>(layout.stride) - row_bytes;
+  if (bytes.size() + padding < bytes_of(layout))
+    return fail(ErrorCode::Unreadable,
+                fmt::format("the picture ends after {} of {} bytes", bytes.size(), bytes_of(layout)));
+  Image image(layout.width, layout.height);
+  for (int y = 0; y < layout.height; ++y) {
+    const std::uint8_t* row = bytes.data() + static_cast<std::ptrdiff_t>(y) * layout.stride;
+    if (packed)
+      take_luma(row + (layout.format == PixelFormat::Uyvy ? 1 : 0), image.row(y), layout.width);
+    else
+      std::memcpy(image.row(y), row, row_bytes);
+  }
+  return image;
+}
+
+}  // namespace waymark
+
+namespace waymark::internal {
+namespace {
+
+constexpr Duration kFuture = std::chrono::milliseconds(20);  // the tick of a driver's clock, with room
+constexpr Duration kLongAgo = std::chrono::seconds(2);
+
+}  // namespace
+
+const char* PictureStamps::fault_of(const std::optional<Duration>& driver, Duration arrived) const {
+  if (!driver) return "are not of the steady clock";
+  if (*driver > arrived + kFuture) return "lie in the future";
+  if (*driver < arrived - kLongAgo) return "lie more than two seconds back";
+  if (last_driver_ && *driver <= *last_driver_) return "do not grow";
+  return nullptr;
+}
+
+PictureStamps::Stamped PictureStamps::add(std::optional<Duration> driver, bool start_of_exposure,
+                                          std::optional<Duration> exposure, Duration arrived) {
+  const char* fault = fault_of(driver, arrived);
+  if (driver) last_driver_ = driver;
+  if (fault != nullptr && !std::exchange(said_, true))
+    words_ = fmt::format("the driver's time stamps {}: pictures are stamped when they arrive", fault);
+  const Duration half = exposure.value_or(Duration(0)) / 2;
+  const bool begins = fault == nullptr && start_of_exposure;
+  const Duration middle = (fault == nullptr ? *driver : arrived) + (begins ? half : -half);
+  last_ = std::max(middle, last_ + Duration(1));
+  return {last_, fault == nullptr};
+}
+
+std::optional<std::string> PictureStamps::take_words() { return std::exchange(words_, std::nullopt); }
+
+namespace {
+
+constexpr int kStep = 61;  // no divisor of a usual width: the samples do not stand in columns
+constexpr Duration kFrozenFor = std::chrono::seconds(1);
+constexpr int kFrozenPictures = 10;
+constexpr int kBlack = 24;         // black of video range is 16
+constexpr int kBlackContrast = 8;  // noise in the dark
+
+void sample(const ImageView& image, std::vector<std::uint8_t>& to) {
+  to.clear();
+  const std::int64_t pixels = std::int64_t{image.width} * image.height;
+  for (std::int64_t i = 0; i < pixels; i += kStep)
+    to.push_back(image.at(static_cast<int>(i % image.width), static_cast<int>(i / image.width)));
+}
+
+}  // namespace
+
+PictureFaults::Fault PictureFaults::fault_of(const ImageView& image, Duration stamp, bool counted) {
+  std::swap(before_, sampled_);
+  sample(image, sampled_);
+  if (sampled_ != before_) {
+    same_ = same_uncounted_ = 0;
+    same_since_ = stamp;
+  } else {
+    ++same_;
+    same_uncounted_ += counted ? 0 : 1;
+  }
+  const auto [least, most] = std::ranges::minmax_element(sampled_);
+  if (sampled_.empty()) return Fault::None;
+  if (*most <= kBlack && *most - *least <= kBlackContrast) return Fault::Black;
+  if (same_ < kFrozenPictures || stamp - same_since_ < kFrozenFor) return Fault::None;
+  return same_uncounted_ > same_ / 2 ? Fault::Frozen : Fault::Still;
+}
+
+std::optional<std::string> PictureFaults::add(const ImageView& image, Duration stamp, bool counted) {
+  const Fault fault = fault_of(image, stamp, counted);
+  if (fault == fault_) return std::nullopt;
+  const Fault before = std::exchange(fault_, fault);
+  if (fault == Fault::Black)
+    return "the pictures are black: is the lens covered, or exposure_ms far too short?";
+  if (fault == Fault::Frozen)
+    return "the picture has been the same for a second: the camera hangs; unplug it and plug it in again";
+  if (fault == Fault::Still) {
+    if (std::exchange(still_said_, true)) return std::nullopt;
+    return "each picture has been exactly like the one before for a second, though the camera counts on: a "
+           "still source without noise, or a sensor that hangs";
+  }
+  return before == Fault::Still ? std::nullopt : std::optional<std::string>("the pictures change again");
+}
+
+}  // namespace waymark::internal

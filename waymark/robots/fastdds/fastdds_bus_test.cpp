@@ -1,0 +1,164 @@
+// What Fast DDS is told of this program, and bytes as they travel. No participant is made: that two of them
+// talk is tests/ros2.
+#include "waymark/robots/fastdds/fastdds_bus.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include <unistd.h>
+
+#include <fastdds/rtps/builtin/data/ParticipantProxyData.h>
+#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
+
+const UDPv4TransportDescriptor& udp_of(const dds::DomainParticipantQos& qos) {
+  EXPECT_EQ(qos.transport().user_transports.size(), 1U);
+  return dynamic_cast<const UDPv4TransportDescriptor&>(*qos.transport().user_transports.front());
+}
+
+std::string property(const dds::DomainParticipantQos& qos, const std::string& name) {
+  for (const auto& one : qos.properties().properties())
+    if (one.name() == name) return one.value();
+  return {};
+}
+
+TEST(ParticipantQos, GoesOverUdpAloneOnTheInterfacesThatAreNamed) {
+  const auto all = participant_qos({});
+  EXPECT_FALSE(all.transport().use_builtin_transports) << "no shared memory: a robot has other users";
+  EXPECT_TRUE(udp_of(all).interfaceWhiteList.empty());
+  const auto some = participant_qos({.interfaces = {"10.0.0.2"}});
+  EXPECT_EQ(udp_of(some).interfaceWhiteList, std::vector<std::string>{"10.0.0.2"});
+  const auto local = participant_qos({.localhost_only = true, .interfaces = {"10.0.0.2"}});
+  EXPECT_EQ(udp_of(local).interfaceWhiteList, std::vector<std::string>{"127.0.0.1"})
+      << "nothing leaves the machine";
+}
+
+TEST(ParticipantQos, PeersAreAskedBesideMulticast) {
+  const auto qos = participant_qos({.peers = {"10.0.0.9"}});
+  std::set<std::string> asked;
+  for (const auto& locator : qos.wire_protocol().builtin.initialPeersList) {
+    std::string text;
+    for (std::size_t i = 12; i < 16; ++i)
+      text += (text.empty() ? "" : ".") + std::to_string(locator.address[i]);
+    asked.insert(text);
+  }
+  EXPECT_EQ(asked, (std::set<std::string>{"10.0.0.9", "239.255.0.1"}));
+  EXPECT_TRUE(participant_qos({}).wire_protocol().builtin.initialPeersList.empty())
+      << "as Fast DDS does by itself";
+}
+
+TEST(ParticipantQos, TellsItsNameAndEnclaveAsNodesOfRosDo) {
+  const auto qos = participant_qos({.node = "robot", .enclave = "/lab"});
+  EXPECT_TRUE(std::string(qos.name().c_str()).starts_with("robot (process ")) << qos.name().c_str();
+  const auto& bytes = qos.user_data().getValue();
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "enclave=/lab;");
+}
+
+TEST(ParticipantQos, CertificatesAreThoseOfTheFolder) {
+  EXPECT_EQ(property(participant_qos({}), "dds.sec.auth.plugin"), "") << "no security unless it is asked for";
+  const auto qos = participant_qos({.keystore = "/keys/enclaves/lab"});
+  EXPECT_EQ(property(qos, "dds.sec.auth.plugin"), "builtin.PKI-DH");
+  EXPECT_EQ(property(qos, "dds.sec.crypto.plugin"), "builtin.AES-GCM-GMAC");
+  EXPECT_EQ(property(qos, "dds.sec.auth.builtin.PKI-DH.private_key"), "file:///keys/enclaves/lab/key.pem");
+  EXPECT_EQ(property(qos, "dds.sec.access.builtin.Access-Permissions.governance"),
+            "file:///keys/enclaves/lab/governance.p7s");
+}
+
+TEST(TopicQos, IsThatOfWritersAndReaders) {
+  for (const bool reliable : {false, true}) {
+    for (const bool local : {false, true}) {
+      const TopicQos qos{.reliable = reliable, .transient_local = local, .depth = 7};
+      const auto writer = writer_qos(qos);
+      const auto reader = reader_qos(qos);
+      EXPECT_EQ(writer.reliability().kind == dds::RELIABLE_RELIABILITY_QOS, reliable);
+      EXPECT_EQ(reader.reliability().kind == dds::RELIABLE_RELIABILITY_QOS, reliable);
+      EXPECT_EQ(writer.durability().kind == dds::TRANSIENT_LOCAL_DURABILITY_QOS, local);
+      EXPECT_EQ(reader.durability().kind == dds::TRANSIENT_LOCAL_DURABILITY_QOS, local);
+      EXPECT_EQ(writer.history().depth, 7);
+      EXPECT_EQ(reader.history().depth, 7);
+    }
+  }
+  EXPECT_EQ(writer_qos({.large = true}).publish_mode().kind, dds::ASYNCHRONOUS_PUBLISH_MODE);
+  EXPECT_EQ(writer_qos({}).publish_mode().kind, dds::SYNCHRONOUS_PUBLISH_MODE);
+}
+
+TEST(RawCdr, BytesComeBackAsTheyWere) {
+  RawCdrType type("nav_msgs::msg::dds_::Odometry_");
+  EXPECT_EQ(std::string(type.getName()), "nav_msgs::msg::dds_::Odometry_");
+  auto* sent = static_cast<RawCdr*>(type.createData());
+  for (int i = 0; i < 5000; ++i) sent->bytes.push_back(static_cast<std::uint8_t>(i));
+  sent->bytes[0] = 0;
+  for (const bool little : {true, false}) {
+    sent->bytes[1] = little ? 1 : 0;
+    EXPECT_EQ(type.getSerializedSizeProvider(sent)(), 5000U);
+    rtps::SerializedPayload_t payload(5000);
+    ASSERT_TRUE(type.serialize(sent, &payload));
+    EXPECT_EQ(payload.encapsulation, little ? CDR_LE : CDR_BE);
+    RawCdr received;
+    ASSERT_TRUE(type.deserialize(&payload, &received));
+    EXPECT_EQ(received.bytes, sent->bytes);
+  }
+  type.deleteData(sent);
+}
+
+TEST(RawCdr, WhatDoesNotFitIsNotWritten) {
+  RawCdrType type("a::msg::dds_::B_");
+  RawCdr large{std::vector<std::uint8_t>(100, 0)};
+  rtps::SerializedPayload_t payload(99);
+  EXPECT_FALSE(type.serialize(&large, &payload));
+  RawCdr headless{{0, 1, 0}};
+  EXPECT_FALSE(type.serialize(&headless, &payload)) << "three bytes have no encapsulation";
+  RawCdr empty;
+  EXPECT_FALSE(type.serialize(&empty, &payload));
+  rtps::InstanceHandle_t handle;
+  EXPECT_FALSE(type.getKey(&large, &handle, false)) << "messages of ROS have no keys";
+}
+
+TEST(Discovered, ThereIsNobodyBeforeAnybodyWasFoundNorAfterAllHaveLeft) {
+  Discovered discovered;
+  EXPECT_TRUE(discovered.endpoints().empty());
+  EXPECT_TRUE(discovered.participants().empty());
+  rtps::RTPSParticipantAllocationAttributes sizes;
+  const auto tell = [&](rtps::ParticipantDiscoveryInfo::DISCOVERY_STATUS status) {
+    rtps::ParticipantProxyData data(sizes);
+    data.m_guid.guidPrefix.value[0] = 7;
+    data.m_participantName = "/robot";
+    rtps::ParticipantDiscoveryInfo info(data);
+    info.status = status;
+    discovered.on_participant_discovery(nullptr, std::move(info));
+  };
+  tell(rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT);
+  tell(rtps::ParticipantDiscoveryInfo::CHANGED_QOS_PARTICIPANT);
+  EXPECT_EQ(discovered.participants(), std::vector<std::string>{"/robot"}) << "once";
+  tell(rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT);
+  EXPECT_TRUE(discovered.participants().empty());
+}
+
+TEST(FastddsBus, ItsOwnTopicsAreNotThoseOfOthers) {
+  const auto bus = open_fastdds_bus({.domain = 1 + getpid() % 199, .localhost_only = true});
+  ASSERT_TRUE(bus) << to_string(bus.error());
+  const BusTopic own{"rt/own", "std_msgs::msg::dds_::String_"};
+  ASSERT_TRUE((*bus)->subscribe(own, {}));
+  ASSERT_TRUE((*bus)->advertise(own, {}));
+  (void)(*bus)->next(std::chrono::milliseconds(500));
+  for (const BusEndpoint& endpoint : (*bus)->endpoints()) EXPECT_NE(endpoint.name.topic, own.topic);
+}
+
+TEST(FastddsBus, ADomainThatCannotBeJoinedIsAnErrorWithAHint) {
+  const auto bus = open_fastdds_bus({.localhost_only = true, .keystore = "/nowhere/enclave"});
+  ASSERT_FALSE(bus);
+  EXPECT_EQ(bus.error().place.source, "DDS");
+  EXPECT_NE(bus.error().hint.find("/nowhere/enclave"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,675 @@
+#include "waymark/robots/process/robot_messages.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/base/json_depth.hpp"
+#include "waymark/base/message_text.hpp"
+#include "waymark/codecs/image_codec.hpp"
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+constexpr std::uint8_t kNone = 255;
+
+constexpr std::array<std::uint8_t, 256> values_of_characters() {
+  std::array<std::uint8_t, 256> values{};
+  values.fill(kNone);
+  for (std::size_t i = 0; i < kAlphabet.size(); ++i)
+    values[static_cast<unsigned char>(kAlphabet[i])] = static_cast<std::uint8_t>(i);
+  return values;
+}
+
+constexpr std::array<std::uint8_t, 256> kValues = values_of_characters();
+
+}  // namespace
+
+std::string encode_base64(std::span<const std::uint8_t> bytes) {
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = (group << 8U) | (k < there ? bytes[i + k] : 0U);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += k <= there ? kAlphabet[(group >> (18U - 6U * static_cast<unsigned>(k))) & 63U] : '=';
+  }
+  return text;
+}
+
+std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
+  if (text.size() % 4 != 0) return std::nullopt;
+  const std::size_t padding = text.ends_with("==") ? 2 : text.ends_with('=') ? 1 : 0;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(text.size() / 4 * 3);
+  for (std::size_t i = 0; i < text.size(); i += 4) {
+    const std::size_t there = i + 4 == text.size() ? 4 - padding : 4;
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint8_t value = k < there ? kValues[static_cast<unsigned char>(text[i + k])] : 0;
+      if (value == kNone) return std::nullopt;
+      group = (group << 6U) | value;
+    }
+    const std::uint32_t unused = there == 2 ? 0xffffU : there == 3 ? 0xffU : 0U;
+    if ((group & unused) != 0) return std::nullopt;  // bits that no encoder sets
+    for (std::size_t k = 0; k + 1 < there; ++k)
+      bytes.push_back(static_cast<std::uint8_t>(group >> (16U - 8U * static_cast<unsigned>(k))));
+  }
+  return bytes;
+}
+
+using nlohmann::json;
+
+MessageFields::MessageFields(RobotMessageReader& reader, const json& object, std::string type,
+                             std::int64_t line)
+    : reader_(reader), object_(object), type_(std::move(type)), line_(line) {}
+
+void MessageFields::wrong(const std::string& key, const std::string& words, const std::string& hint) {
+  if (status_)
+    status_ = fail(ErrorCode::Unreadable, words,
+                   {.source = reader_.name_, .line = line_, .key = type_ + "." + key}, hint);
+}
+
+const json* MessageFields::find(const char* key, bool needed) {
+  taken_.insert(key);
+  const auto found = object_.find(key);
+  if (found != object_.end()) return &*found;
+  if (needed) {
+    std::vector<std::string> there;
+    for (const auto& [name, value] : object_.items()) {
+      if (name != "type") there.push_back(name);
+    }
+    const std::string near = nearest_word(key, there);
+    wrong(key, "is missing", near.empty() ? "" : fmt::format("There is '{}': keys carry their unit.", near));
+  }
+  return nullptr;
+}
+
+bool MessageFields::has(const char* key) { return find(key, false) != nullptr; }
+
+double MessageFields::checked(const json& value, const char* key, double least, double most) {
+  const double number = value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (!value.is_number())
+    wrong(key, fmt::format("is not a number but {}", value.dump().substr(0, 40)));
+  else if (!(number >= least && number <= most))
+    wrong(key, fmt::format("{} is outside [{}, {}]", number, least, most));
+  else
+    return number;
+  return 0;
+}
+
+double MessageFields::number(const char* key, double least, double most) {
+  const json* value = find(key, true);
+  return value == nullptr ? 0 : checked(*value, key, least, most);
+}
+
+double MessageFields::number_or(const char* key, double least, double most, double otherwise) {
+  const json* value = find(key, false);
+  return value == nullptr ? otherwise : checked(*value, key, least, most);
+}
+
+std::int64_t MessageFields::integer(const char* key, std::int64_t least, std::int64_t most) {
+  const json* value = find(key, true);
+  if (value == nullptr) return 0;
+  if (!value->is_number_integer() || value->get<std::int64_t>() < least ||
+      value->get<std::int64_t>() > most) {
+    wrong(key, fmt::format("is not a whole number from {} to {} but {}", least, most,
+                           value->dump().substr(0, 40)));
+    return 0;
+  }
+  return value->get<std::int64_t>();
+}
+
+std::string MessageFields::text(const char* key, bool needed) {
+  const json* value = find(key, needed);
+  if (value == nullptr) return {};
+  if (value->is_string()) return value->get<std::string>();
+  wrong(key, fmt::format("is not text but {}", value->dump().substr(0, 40)));
+  return {};
+}
+
+bool MessageFields::flag_or_false(const char* key) {
+  const json* value = find(key, false);
+  if (value == nullptr) return false;
+  if (!value->is_boolean()) wrong(key, "is neither true nor false");
+  return value->is_boolean() && value->get<bool>();
+}
+
+std::string MessageFields::camera() {
+  const std::vector<std::string>& known = reader_.cameras_;
+  const bool named = has("camera");
+  std::string name = named ? text("camera") : std::string();
+  if (!named && known.size() < 2) return known.empty() ? "cam" : known.front();
+  if (known.empty() || std::ranges::find(known, name) != known.end()) return name;
+  unknown_camera_ = true;
+  leave_out(fmt::format("{}; the robot has {}",
+                        named ? fmt::format("there is no camera '{}'", name) : "no camera is named",
+                        fmt::join(known, ", ")));
+  return name;
+}
+
+SensorTime MessageFields::stamp(const std::string& camera) {
+  constexpr std::int64_t kMost_ns = std::int64_t{1} << 62U;
+  constexpr double kMost_s = 4e9;
+  SensorTime stamp{};
+  if (has("stamp_ns"))
+    stamp = SensorTime(Duration(integer("stamp_ns", 0, kMost_ns)));
+  else
+    stamp = SensorTime(Duration(std::llround(number("stamp_s", 0, kMost_s) * 1e9)));
+  if (!status_) return stamp;
+  auto& newest = reader_.newest_.try_emplace(type_ + "/" + camera, stamp).first->second;
+  if (stamp < newest)
+    wrong("stamp_s",
+          fmt::format("the robot's clock went back by {:.3f} s since the last line of this type",
+                      to_seconds(newest - stamp)),
+          "Stamp with a steady clock (time.monotonic() in Python).");
+  newest = stamp;
+  return stamp;
+}
+
+const json* MessageFields::array(const char* key, std::size_t most) {
+  const json* value = find(key, true);
+  if (value == nullptr) return nullptr;
+  if (value->is_array() && value->size() <= most) return value;
+  wrong(key, value->is_array() ? fmt::format("has {} entries, more than {}", value->size(), most)
+                               : std::string("is not a list"));
+  return nullptr;
+}
+
+std::vector<double> MessageFields::numbers(const char* key, std::size_t most, bool holes) {
+  constexpr double kAnything = 1e12;
+  std::vector<double> numbers;
+  const json* list = array(key, most);
+  if (list == nullptr) return numbers;
+  for (const json& value : *list) {
+    if (holes && value.is_null())
+      numbers.push_back(std::numeric_limits<double>::infinity());
+    else
+      numbers.push_back(checked(value, key, -kAnything, kAnything));
+  }
+  return numbers;
+}
+
+Status MessageFields::finish() {
+  if (!status_) return status_;
+  for (const auto& [key, value] : object_.items()) {
+    if (!taken_.contains(key))
+      reader_.warn_once(fmt::format("line {}: '{}' of {} is not known and passed over", line_, key, type_));
+  }
+  return {};
+}
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double kFarthest_m = 1e6;
+
+TagId id_of(MessageFields& fields, const json& tag) {
+  const bool named = tag.is_object() && tag.contains("tag") && tag["tag"].is_string();
+  const auto id = parse_tag_id(named ? tag["tag"].get<std::string>() : std::string());
+  if (id) return *id;
+  fields.wrong("tags", "a tag has no name such as \"tag36h11:7\" under the key 'tag'");
+  return {};
+}
+
+/// Empty where there are not `count` numbers.
+std::vector<double> entries(const json& object, const char* key, std::size_t count) {
+  const auto list = object.is_object() ? object.find(key) : object.end();
+  std::vector<double> numbers;
+  if (!object.is_object() || list == object.end() || !list->is_array() || list->size() != count) return {};
+  for (const json& number : *list)
+    if (number.is_number()) numbers.push_back(number.get<double>());
+  return numbers.size() == count ? numbers : std::vector<double>();
+}
+
+}  // namespace
+
+TagDetection detection_of(MessageFields& fields, const json& tag) {
+  TagDetection detection;
+  const json none;
+  const auto at = [&](const char* key) -> const json& {
+    const auto found = tag.is_object() ? tag.find(key) : tag.end();
+    return tag.is_object() && found != tag.end() ? *found : none;
+  };
+  detection.tag = id_of(fields, tag);
+  const json& corners = at("corners_px");
+  const auto is_point = [](const json& point) {
+    return point.is_array() && point.size() == 2 && point[0].is_number() && point[1].is_number() &&
+           std::abs(point[0].get<double>()) < 1e5 && std::abs(point[1].get<double>()) < 1e5;
+  };
+  if (!corners.is_array() || corners.size() != 4 || !std::ranges::all_of(corners, is_point)) {
+    fields.wrong("tags", "'corners_px' is not four points [x, y]",
+                 "Top left, top right, bottom right, bottom left of the printed tag.");
+    return detection;
+  }
+  for (std::size_t i = 0; i < 4; ++i)
+    detection.corners_px[i] = {corners[i][0].get<double>(), corners[i][1].get<double>()};
+  if (at("hamming").is_number_integer()) detection.hamming = at("hamming").get<int>();
+  if (at("decision_margin").is_number()) detection.decision_margin = at("decision_margin").get<double>();
+  if (const json& sigma = at("corner_sigma_px"); sigma.is_number() && sigma.get<double>() > 0)
+    detection.corner_covariance_px2 =
+        CornerCovariance::Identity() * sigma.get<double>() * sigma.get<double>();
+  return detection;
+}
+
+SeenTagPose tag_pose_of(MessageFields& fields, const json& tag) {
+  const TagId id = id_of(fields, tag);
+  const std::vector<double> at = entries(tag, "position_m", 3);
+  const std::vector<double> q = entries(tag, "rotation_xyzw", 4);
+  const bool near =
+      !at.empty() && std::ranges::all_of(at, [](double x) { return std::abs(x) < kFarthest_m; });
+  if (!near) fields.wrong("tags", "'position_m' is not three numbers");
+  Result<SO3> rotation = fail(ErrorCode::Unreadable, "'rotation_xyzw' is not four numbers");
+  if (!q.empty()) rotation = SO3::try_from_quaternion(Eigen::Quaterniond(q[3], q[0], q[1], q[2]));
+  if (!rotation) fields.wrong("tags", rotation.error().message);
+  return near && rotation ? SeenTagPose{id, SE3(*rotation, Eigen::Vector3d(at[0], at[1], at[2]))}
+                          : SeenTagPose{id, {}};
+}
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double kFar_m = 1e6;
+constexpr double kFast = 100;
+constexpr double kTurned_rad = 1e7;
+constexpr std::int64_t kMostPixels = 50'000'000;
+/// Corners of a tag stand at depth 5; the rest is for keys that are not known yet.
+constexpr std::size_t kDeepest = 16;
+
+RobotHello hello_of(MessageFields& fields) {
+  RobotHello hello;
+  hello.protocol_version = fields.integer("protocol_version", 1, 1'000'000);
+  if (hello.protocol_version > kRobotProtocol)
+    fields.wrong("protocol_version",
+                 fmt::format("{} is newer than this program's {}", hello.protocol_version, kRobotProtocol),
+                 "Update waymark, or let the robot speak the older version.");
+  hello.name = fields.text("name");
+  (void)fields.has("stamp_s");
+  hello.lockstep = fields.flag_or_false("lockstep");
+  hello.simulated_time = fields.flag_or_false("simulated_time");
+  hello.simulated = fields.flag_or_false("simulated");
+  if (fields.has("sends")) {
+    const json* list = fields.array("sends", 100);
+    for (const json& word : list != nullptr ? *list : json::array()) {
+      if (word.is_string())
+        hello.sends.push_back(word.get<std::string>());
+      else
+        fields.wrong("sends", "is not a list of words");
+    }
+  }
+  return hello;
+}
+
+RobotLog log_of(MessageFields& fields) {
+  (void)fields.has("stamp_s");  // may be there, says nothing
+  return {fields.text("text")};
+}
+
+SE2 pose_of(MessageFields& fields) {
+  const double x_m = fields.number("x_m", -kFar_m, kFar_m);
+  const double y_m = fields.number("y_m", -kFar_m, kFar_m);
+  return {SO2(fields.number("yaw_rad", -kTurned_rad, kTurned_rad)), Eigen::Vector2d(x_m, y_m)};
+}
+
+Sample odometry_of(MessageFields& fields) {
+  Odometry odometry{.stamp = fields.stamp(), .odom_T_base = pose_of(fields)};
+  odometry.speed_m_s = fields.number("speed_m_s", -kFast, kFast);
+  odometry.yaw_rate_rad_s = fields.number("yaw_rate_rad_s", -kFast, kFast);
+  return odometry;
+}
+
+Sample command_of(MessageFields& fields) {
+  StampedCommand command{.stamp = fields.stamp()};
+  command.command.speed_m_s = fields.number("speed_m_s", -kFast, kFast);
+  command.command.yaw_rate_rad_s = fields.number("yaw_rate_rad_s", -kFast, kFast);
+  return command;
+}
+
+Sample truth_of(MessageFields& fields) {
+  const SensorTime stamp = fields.stamp();
+  return TruthPose{stamp, lift(pose_of(fields))};
+}
+
+Sample wheels_of(MessageFields& fields) {
+  const SensorTime stamp = fields.stamp();
+  const double left_rad = fields.number("left_rad", -kTurned_rad, kTurned_rad);
+  return WheelTicks{stamp, left_rad, fields.number("right_rad", -kTurned_rad, kTurned_rad)};
+}
+
+Eigen::Vector3d vector_of(MessageFields& fields, const char* key) {
+  const std::vector<double> numbers = fields.numbers(key, 3);
+  if (numbers.size() == 3) return {numbers[0], numbers[1], numbers[2]};
+  fields.wrong(key, "is not a list of three numbers");
+  return Eigen::Vector3d::Zero();
+}
+
+Sample imu_of(MessageFields& fields) {
+  ImuSample imu{.stamp = fields.stamp()};
+  imu.angular_velocity_rad_s = vector_of(fields, "angular_velocity_rad_s");
+  imu.linear_acceleration_m_s2 = vector_of(fields, "linear_acceleration_m_s2");
+  return imu;
+}
+
+Sample scan_of(MessageFields& fields) {
+  LaserScan scan{.stamp = fields.stamp()};
+  scan.angle_min_rad = fields.number("angle_min_rad", -10, 10);
+  scan.angle_increment_rad = fields.number("angle_increment_rad", -1, 1);
+  scan.time_increment_s = fields.number_or("time_increment_s", 0, 1, 0);
+  scan.range_min_m = fields.number("range_min_m", 0, kFar_m);
+  scan.range_max_m = fields.number("range_max_m", 0, kFar_m);
+  for (const double range_m : fields.numbers("ranges_m", 100'000, true))
+    scan.ranges_m.push_back(static_cast<float>(range_m));
+  return scan;
+}
+
+Sample gamepad_of(MessageFields& fields) {
+  GamepadState pad{.stamp = fields.stamp()};
+  for (const double axis : fields.numbers("axes", 64)) pad.axes.push_back(static_cast<float>(axis));
+  for (const double button : fields.numbers("buttons", 64)) pad.buttons.push_back(button != 0 ? 1 : 0);
+  return pad;
+}
+
+Sample detections_of(MessageFields& fields) {
+  const std::string camera = fields.camera();
+  TagFrame frame{.stamp = fields.stamp(camera), .camera = camera};
+  const json* tags = fields.array("tags", 1000);
+  if (tags == nullptr) return frame;
+  for (const json& tag : *tags) frame.detections.push_back(detection_of(fields, tag));
+  return frame;
+}
+
+Sample tag_poses_of(MessageFields& fields) {
+  const std::string camera = fields.camera();
+  TagPoseFrame frame{.stamp = fields.stamp(camera), .camera = camera};
+  const json* tags = fields.array("tags", 1000);
+  if (tags == nullptr) return frame;
+  for (const json& tag : *tags) frame.tags.push_back(tag_pose_of(fields, tag));
+  return frame;
+}
+
+Sample image_of(MessageFields& fields) {
+  const std::string camera = fields.camera();
+  CameraFrame frame{.stamp = fields.stamp(camera), .camera = camera};
+  const std::string path = fields.text("path", false);
+  const std::string base64 = fields.text("jpeg_base64", false);
+  if (fields.of_unknown_camera()) return frame;
+  Result<Image> image = fail(ErrorCode::Unreadable, "neither 'path' nor 'jpeg_base64' is there");
+  const DecodeOptions limits{.max_pixels = kMostPixels};
+  if (!path.empty()) {
+    image = read_image(path, limits);
+  } else if (!base64.empty()) {
+    const auto bytes = decode_base64(base64);
+    image = bytes ? decode_image(*bytes, "jpeg_base64", limits)
+                  : Result<Image>(fail(ErrorCode::Unreadable, "is not base64 (RFC 4648, with padding)"));
+  }
+  if (image)
+    frame.image = std::move(*image);
+  else if (path.empty() && base64.empty())
+    fields.wrong("path", to_string(image.error()));
+  else
+    fields.leave_out(to_string(image.error()));
+  return frame;
+}
+
+using ReadSample = Sample (*)(MessageFields&);
+const std::map<std::string, ReadSample>& sample_types() {
+  static const std::map<std::string, ReadSample> kTypes = {
+      {"odometry", odometry_of},   {"truth", truth_of},
+      {"wheels", wheels_of},       {"imu", imu_of},
+      {"scan", scan_of},           {"image", image_of},
+      {"gamepad", gamepad_of},     {"detections", detections_of},
+      {"tag_poses", tag_poses_of}, {"command", command_of}};
+  return kTypes;
+}
+
+}  // namespace
+
+void RobotMessageReader::warn_once(const std::string& words) {
+  // The line differs each time, the rest does not.
+  const std::string what = words.substr(words.find(':') == std::string::npos ? 0 : words.find(':'));
+  constexpr std::size_t kMostWarnings = 50;
+  if (said_.size() < kMostWarnings && said_.insert(what).second) warnings_.push_back(words);
+}
+
+/// Said at once, and again each time their number has doubled.
+void RobotMessageReader::warn_of_left_out(std::int64_t line, const MessageFields& fields) {
+  unsigned& count = fields.of_unknown_camera() ? unknown_cameras_ : unreadable_pictures_;
+  ++count;
+  if ((count & (count - 1)) != 0) return;
+  const char* what = fields.of_unknown_camera() ? "lines of cameras that the robot does not have were"
+                                                : "pictures could not be read and were";
+  warnings_.push_back(
+      fmt::format("line {}: {} {} left out, the last one: {}", line, count, what, fields.left_out()));
+}
+
+Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
+  const Place place{.source = name_, .line = line.number};
+  const auto bad = [&](std::string words, std::string hint = {}) {
+    return fail(ErrorCode::Unreadable, std::move(words), place, std::move(hint));
+  };
+  if (line.too_long) return bad(fmt::format("is longer than {} bytes", kLongestLine));
+  if (line.text.find_first_not_of(" \t\r") == std::string::npos) return std::optional<RobotMessage>();
+  if (json_depth(line.text, kDeepest) > kDeepest)
+    return bad(fmt::format("has lists or objects more than {} deep in each other", kDeepest),
+               "No message of the protocol is deeper than 5.");
+  const json object = json::parse(line.text, nullptr, false);
+  if (object.is_discarded() || !object.is_object())
+    return bad(
+        fmt::format("is no JSON object: '{}'", line.text.substr(0, 60)),
+        line.text.find("NaN") != std::string::npos || line.text.find("Infinity") != std::string::npos
+            ? "JSON has neither NaN nor Infinity: let the robot leave out a sample that it does not know."
+            : "Standard output carries messages alone: let the robot print words on standard error.");
+  const auto type = object.find("type");
+  if (type == object.end() || !type->is_string()) return bad("has no 'type'");
+  const auto name = type->get<std::string>();
+  MessageFields fields(*this, object, name, line.number);
+  std::optional<RobotMessage> message;
+  if (name == "hello")
+    message = hello_of(fields);
+  else if (name == "log")
+    message = log_of(fields);
+  else if (!greeted_)
+    return bad(fmt::format("'{}' came before 'hello'", name),
+               R"(The first line is {"type":"hello","protocol_version":1,"name":"my robot"}.)");
+  else if (name == "step")
+    message = RobotStep{fields.integer("step", 1, std::int64_t{1} << 52U), fields.stamp()};
+  else if (const auto known = sample_types().find(name); known != sample_types().end())
+    message = known->second(fields);
+  else
+    warn_once(fmt::format("line {}: lines of type '{}' are not known and passed over", line.number, name));
+  if (!message) return message;
+  if (Status status = fields.finish(); !status) return tl::unexpected(status.error());
+  if (!fields.left_out().empty()) {
+    warn_of_left_out(line.number, fields);
+    return std::optional<RobotMessage>();
+  }
+  greeted_ = greeted_ || name == "hello";
+  return message;
+}
+
+RobotOrderLine parse_order_line(const std::string& text) {
+  RobotOrderLine order;
+  if (json_depth(text, kDeepest) > kDeepest) return order;
+  const json object = json::parse(text, nullptr, false);
+  if (!object.is_object()) return order;
+  const std::string type = object.value("type", json()).is_string() ? object["type"].get<std::string>() : "";
+  const auto number = [&](const char* key) {
+    const auto found = object.find(key);
+    return found != object.end() && found->is_number() ? found->get<double>() : 0.0;
+  };
+  if (type == "hello") {
+    order.kind = RobotOrderLine::Kind::Hello;
+    const auto found = object.find("listen_only");
+    order.listen_only = found != object.end() && found->is_boolean() && found->get<bool>();
+  }
+  if (type == "bye") order.kind = RobotOrderLine::Kind::Bye;
+  if (type != "velocity") return order;
+  order.kind = RobotOrderLine::Kind::Velocity;
+  order.command = {number("speed_m_s"), number("yaw_rate_rad_s")};
+  order.step = static_cast<std::int64_t>(number("step"));
+  order.by_watchdog = object.contains("stop");
+  return order;
+}
+
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json headed(const char* type, SensorTime stamp) {
+  return {{"type", type}, {"stamp_ns", stamp.time_since_epoch().count()}};
+}
+
+void add_pose(ordered_json& line, const SE2& pose) {
+  line["x_m"] = pose.x();
+  line["y_m"] = pose.y();
+  line["yaw_rad"] = pose.rotation().angle();
+}
+
+ordered_json vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+ordered_json of(const Odometry& odometry) {
+  ordered_json line = headed("odometry", odometry.stamp);
+  add_pose(line, odometry.odom_T_base);
+  line["speed_m_s"] = odometry.speed_m_s;
+  line["yaw_rate_rad_s"] = odometry.yaw_rate_rad_s;
+  return line;
+}
+
+ordered_json of(const TruthPose& truth) {
+  ordered_json line = headed("truth", truth.stamp);
+  add_pose(line, project_to_plane(truth.map_T_base));
+  return line;
+}
+
+ordered_json of(const WheelTicks& wheels) {
+  ordered_json line = headed("wheels", wheels.stamp);
+  line["left_rad"] = wheels.left_rad;
+  line["right_rad"] = wheels.right_rad;
+  return line;
+}
+
+ordered_json of(const ImuSample& imu) {
+  ordered_json line = headed("imu", imu.stamp);
+  line["angular_velocity_rad_s"] = vector(imu.angular_velocity_rad_s);
+  line["linear_acceleration_m_s2"] = vector(imu.linear_acceleration_m_s2);
+  return line;
+}
+
+ordered_json of(const LaserScan& scan) {
+  ordered_json line = headed("scan", scan.stamp);
+  line["angle_min_rad"] = scan.angle_min_rad;
+  line["angle_increment_rad"] = scan.angle_increment_rad;
+  line["time_increment_s"] = scan.time_increment_s;
+  line["range_min_m"] = scan.range_min_m;
+  line["range_max_m"] = scan.range_max_m;
+  ordered_json ranges = ordered_json::array();
+  for (const float range_m : scan.ranges_m)
+    ranges.push_back(std::isfinite(range_m) ? ordered_json(range_m) : ordered_json());
+  line["ranges_m"] = std::move(ranges);
+  return line;
+}
+
+ordered_json of(const GamepadState& pad) {
+  ordered_json line = headed("gamepad", pad.stamp);
+  line["axes"] = pad.axes;
+  line["buttons"] = pad.buttons;
+  return line;
+}
+
+/// A robot with one camera need not name it.
+void add_camera(ordered_json& line, const std::string& camera) {
+  if (camera != "cam") line["camera"] = camera;
+}
+
+ordered_json of(const TagFrame& frame) {
+  ordered_json line = headed("detections", frame.stamp);
+  add_camera(line, frame.camera);
+  ordered_json tags = ordered_json::array();
+  for (const TagDetection& detection : frame.detections) {
+    ordered_json corners = ordered_json::array();
+    for (const Eigen::Vector2d& corner : detection.corners_px)
+      corners.push_back(ordered_json{corner.x(), corner.y()});
+    ordered_json tag = {{"tag", to_string(detection.tag)},
+                        {"hamming", detection.hamming},
+                        {"decision_margin", detection.decision_margin},
+                        {"corners_px", std::move(corners)}};
+    if (detection.corner_covariance_px2)
+      tag["corner_sigma_px"] = std::sqrt(detection.corner_covariance_px2->trace() / 8);
+    tags.push_back(std::move(tag));
+  }
+  line["tags"] = std::move(tags);
+  return line;
+}
+
+ordered_json of(const TagPoseFrame& frame) {
+  ordered_json line = headed("tag_poses", frame.stamp);
+  add_camera(line, frame.camera);
+  ordered_json tags = ordered_json::array();
+  for (const SeenTagPose& seen : frame.tags) {
+    const Eigen::Quaterniond q = seen.cam_T_tag.rotation().quaternion();
+    tags.push_back({{"tag", to_string(seen.tag)},
+                    {"position_m", vector(seen.cam_T_tag.translation())},
+                    {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}});
+  }
+  line["tags"] = std::move(tags);
+  return line;
+}
+
+ordered_json of(const RobotHello& hello) {
+  ordered_json line = {{"type", "hello"},
+                       {"protocol_version", hello.protocol_version},
+                       {"name", hello.name},
+                       {"sends", hello.sends},
+                       {"lockstep", hello.lockstep}};
+  if (hello.simulated_time) line["simulated_time"] = true;
+  if (hello.simulated) line["simulated"] = true;
+  return line;
+}
+
+ordered_json of(const RobotStep& step) {
+  ordered_json line = headed("step", step.stamp);
+  line["step"] = step.step;
+  return line;
+}
+
+ordered_json of(const RobotLog& log) { return {{"type", "log"}, {"text", log.text}}; }
+
+template <class Anything>
+ordered_json of(const Anything& /*has no line*/) {
+  return {};
+}
+
+}  // namespace
+
+std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& picture) {
+  ordered_json line;
+  if (const auto* sample = std::get_if<Sample>(&message)) {
+    line = std::visit([](const auto& value) { return of(value); }, *sample);
+    if (const auto* frame = std::get_if<CameraFrame>(sample)) {
+      line = headed("image", frame->stamp);
+      add_camera(line, frame->camera);
+      line["jpeg_base64"] = encode_base64(picture);
+    }
+  } else {
+    line = std::visit([](const auto& value) { return of(value); }, message);
+  }
+  if (line.is_null() || line.empty()) return {};
+  // Words may quote bytes of a network that are no UTF-8.
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace waymark

@@ -1,0 +1,92 @@
+#include "waymark/robots/ros2/profile.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/offered_qos.hpp"
+#include "waymark/robots/dds/ros_environment.hpp"
+#include "waymark/robots/dds/ros_names.hpp"
+#include "waymark/robots/ros2/log_publisher.hpp"
+#include "waymark/robots/ros2/other_publishers.hpp"
+#include "waymark/robots/ros2/relay.hpp"
+#include "waymark/robots/ros2/topic_tools.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+
+TEST(Ros2Profile, ThoseThatComeWithWaymarkAreRead) {
+  for (const char* name :
+       {"limo", "turtlebot3", "turtlebot3-waffle-pi", "turtlebot3-burger", "limo-sim", "limo-sim-tags"}) {
+    const auto profile = find_ros2_profile(name);
+    ASSERT_TRUE(profile) << to_string(profile.error());
+    const auto uses = uses_of(*profile);
+    EXPECT_GE(uses.size(), 4U);
+    EXPECT_TRUE(uses.front().publishes);
+    EXPECT_TRUE(uses.front().qos.reliable) << "a node that asks for reliable commands hears them";
+  }
+  EXPECT_EQ(command_use(find_ros2_profile("turtlebot3").value()).name.type,
+            "geometry_msgs::msg::dds_::TwistStamped_");
+}
+
+TEST(Ros2Profile, SaysWhatIsWrong) {
+  const auto error = [](const char* text) { return to_string(parse_ros2_profile(text, "my.yaml").error()); };
+  EXPECT_NE(error("odometry_topic: ''\n").find("odometry_topic"), std::string::npos);
+  EXPECT_NE(error("command_topic: ''\n").find("command_topic"), std::string::npos);
+  EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos) << "the nearest key";
+  EXPECT_NE(error("image_topic: /a\ncompressed_image_topic: /b\n").find("exclude"), std::string::npos);
+  EXPECT_NE(error("odometry_topic: /my odom\n").find("'/my odom' is no name of a topic"), std::string::npos);
+  EXPECT_NE(error("imu_topic: /odom\n").find("'/odom' is the topic of "), std::string::npos);
+  EXPECT_NE(error("imu_topic: odom\n").find("'odom' is the topic of "), std::string::npos)
+      << "with and without the slash";
+  EXPECT_NE(error("").find("this profile is empty"), std::string::npos);
+  EXPECT_EQ(error("- limo\n- /odom\n").find("is empty"), std::string::npos) << error("- limo\n");
+  EXPECT_NE(error("# my robot\n").find("this profile is empty"), std::string::npos);
+  EXPECT_FALSE(find_ros2_profile("limmo"));
+  const auto nameless = find_ros2_profile("");
+  ASSERT_FALSE(nameless);
+  EXPECT_NE(to_string(nameless.error()).find("no profile is named"), std::string::npos);
+}
+
+TEST(Ros2Profile, ItsInterfaceIsUsedWhereNothingElseRestricts) {
+  BusOptions options;
+  ASSERT_TRUE(use_interface_of({.interface = "lo"}, options));
+  EXPECT_EQ(options.interfaces, (std::vector<std::string>{"127.0.0.1"}));
+  BusOptions local{.localhost_only = true};
+  EXPECT_TRUE(use_interface_of({.interface = "203.0.113.9"}, local)) << "not used";
+  BusOptions all;
+  EXPECT_FALSE(use_interface_of({.interface = "203.0.113.9"}, all));
+}
+
+TEST(Ros2Profile, NamesWhatADriveNeedsAndNobodyPublishes) {
+  const auto published = [](const char* topic, std::string_view type) {
+    return BusEndpoint{.publishes = true, .name = dds_topic(topic, type)};
+  };
+  const Ros2Profile pictures{.image_topic = "/image"};
+  EXPECT_THAT(missing_publishers(pictures, {}), ::testing::ElementsAre(::testing::HasSubstr("/image")));
+  EXPECT_TRUE(missing_publishers(pictures, {published("/image", ros2::Image::kType)}).empty());
+  EXPECT_TRUE(
+      missing_publishers(pictures, {published("/image/compressed", ros2::CompressedImage::kType)}).empty());
+  BusEndpoint wanted = published("/image", ros2::Image::kType);
+  wanted.publishes = false;
+  EXPECT_EQ(missing_publishers(pictures, {wanted}).size(), 1U) << "somebody asks for it";
+  const Ros2Profile simulated{.use_sim_time = true};
+  EXPECT_THAT(missing_publishers(simulated, {}), ::testing::ElementsAre(::testing::HasSubstr("/clock")));
+  EXPECT_TRUE(missing_publishers(simulated, {published("/clock", "rosgraph_msgs/msg/Clock")}).empty());
+}
+
+TEST(Ros2Profile, SensorsAreBestEffortAndTfStaticIsKept) {
+  Ros2Profile profile;
+  profile.image_topic = "/image";
+  for (const Ros2Subscription& one : subscriptions_of(profile)) {  // /tf changes: nobody waits for it
+    const bool fixed = one.topic == "/tf_static";
+    EXPECT_EQ(one.qos.reliable, fixed) << one.topic;
+    EXPECT_EQ(one.qos.transient_local, fixed) << one.topic;
+  }
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,143 @@
+#include "waymark/robots/wire/sample_lines.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/robot_lines.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/robots/wire/robot_talk.hpp"
+#include "waymark/robots/wire/simulation_watch.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+
+using std::chrono::seconds;
+
+using ::testing::ElementsAre;
+
+using ::testing::HasSubstr;
+
+using ::testing::SizeIs;
+
+SensorTime at_ms(int ms) { return SensorTime(seconds(1000) + milliseconds(ms)); }
+
+TEST(PictureRing, HoldsTheLastTenPicturesAndLeavesNothing) {
+  std::filesystem::path folder;
+  {
+    auto ring = PictureRing::make();
+    ASSERT_TRUE(ring);
+    folder = ring->folder();
+    std::vector<std::string> paths;
+    for (std::uint8_t i = 0; i < 25; ++i)
+      paths.push_back(ring->put(std::vector<std::uint8_t>(1000, i)).value());
+    for (std::size_t i = 15; i < 25; ++i) {
+      std::ifstream file(paths[i], std::ios::binary);
+      const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+      EXPECT_EQ(bytes, std::string(1000, static_cast<char>(i)));
+    }
+    EXPECT_EQ(paths[5], paths[15]);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder));
+}
+
+TEST(PictureRing, RemovesTheFoldersOfProcessesThatWereKilled) {
+  const pid_t ended = fork();
+  if (ended == 0) _exit(0);
+  ASSERT_EQ(waitpid(ended, nullptr, 0), ended);
+  const auto beside = PictureRing::make().value().folder().parent_path();
+  const auto folder_of = [&](pid_t process) {
+    return beside / fmt::format("waymark-pictures-{}-test", process);
+  };
+  const auto foreign = beside / fmt::format("waymark-pictures-x{}", ended);
+  for (const auto& folder : {folder_of(ended), folder_of(getpid()), foreign})
+    std::filesystem::create_directory(folder);
+  std::ofstream(folder_of(ended) / "3.picture") << "bytes";
+  ASSERT_TRUE(PictureRing::make());
+  EXPECT_FALSE(std::filesystem::exists(folder_of(ended)));
+  EXPECT_TRUE(std::filesystem::exists(folder_of(getpid()))) << "this process lives";
+  EXPECT_TRUE(std::filesystem::exists(foreign)) << "of nobody that is known";
+  std::filesystem::remove(folder_of(getpid()));
+  std::filesystem::remove(foreign);
+}
+
+TEST(SampleLines, WhatGoesOutIsReadAsTheSameSample) {
+  SampleLines lines("the network", "limo", {});
+  test::RobotLines other;
+  for (int i = 0; i < 5; ++i) {
+    const Odometry sent{.stamp = at_ms(20 * i), .odom_T_base = SE2(0.1 * i, -0.2, 0.3), .speed_m_s = 0.4};
+    const auto line = lines.line_of(sent, "/odom", milliseconds(20 * i), true);
+    ASSERT_TRUE(line) << to_string(line.error());
+    const auto read = std::get<Odometry>(other.read(*line));
+    EXPECT_EQ(read.stamp, sent.stamp);
+    EXPECT_EQ(read.odom_T_base, sent.odom_T_base);
+    EXPECT_EQ(read.speed_m_s, sent.speed_m_s);
+  }
+  EXPECT_TRUE(lines.speaks());
+}
+
+TEST(SampleLines, WhatTheOtherEndWouldRefuseDoesNotLeave) {
+  SampleLines lines("the network", "limo", {});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(lines.line_of(Odometry{.stamp = at_ms(0), .odom_T_base = SE2(nan, 0, 0)}, "/odom", {}, true));
+  EXPECT_FALSE(
+      lines.line_of(ImuSample{.stamp = at_ms(0), .angular_velocity_rad_s = {0, 0, nan}}, "/imu", {}, false));
+}
+
+TEST(SampleLines, WordsMayQuoteBytesThatAreNoText) {
+  SampleLines lines("the network", "limo", {});
+  lines.drop("/tf", {ErrorCode::InvalidArgument, "frame '\xFE' has no parent", {}, {}});
+  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("has no parent")));
+}
+
+TEST(SampleLines, DropsAreAllCountedAndSaidLessAndLess) {
+  SampleLines lines("the network", "limo", {});
+  for (int i = 0; i < 1000; ++i)
+    lines.drop("/imu", {ErrorCode::InvalidArgument, "its stamp is zero", {}, {}});
+  lines.drop("/odom", {ErrorCode::InvalidArgument, "its stamp is zero", {}, {}});
+  EXPECT_EQ(lines.dropped(), 1001U);
+  // Of /imu the 1st, 3rd, 10th, 30th, 100th, 300th and 1000th; one of /odom.
+  EXPECT_THAT(lines.take_words(), SizeIs(7 + 1));
+  EXPECT_THAT(lines.take_words(), SizeIs(0));
+  for (int i = 0; i < 3; ++i) lines.say_once("two cameras publish");
+  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("two cameras publish")));
+}
+
+TEST(CameraDifference, OnePercentOfTheFocalLengthIsNone) {
+  const RobotDescription robot = read_robot(find_shared("robots", "limo").value()).value();
+  EXPECT_EQ(camera_difference(robot.camera, robot), "");
+  const auto with = [&](double scale, double shift_px, int wider_px) {
+    return std::visit(
+        [&](auto model) {
+          model.fx *= scale;
+          model.fy *= scale;
+          model.cx += shift_px;
+          return CameraModel::make(model, robot.camera.width_px() + wider_px, robot.camera.height_px())
+              .value();
+        },
+        robot.camera.projection());
+  };
+  EXPECT_EQ(camera_difference(with(1.005, 0, 0), robot), "");
+  EXPECT_THAT(camera_difference(with(1.05, 0, 0), robot), HasSubstr(robot.model.name));
+  EXPECT_NE(camera_difference(with(1, 20, 0), robot), "");
+  EXPECT_NE(camera_difference(with(1, 0, 16), robot), "");
+}
+
+TEST(SampleLines, WordsOfSeveralLinesBecomeOne) {
+  SampleLines lines("ROS 2", "robot", {});
+  lines.say_once("no transform has the frame 'base'; the transforms are:\n  odom\n    link  (moves)");
+  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("the transforms are: odom, link  (moves)")));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,79 @@
+#include "waymark/robots/wire/simulation_watch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+TEST(SimulationWatch, HoldsTheRobotOnlyWhileOdometryIsMissing) {
+  SimulationWatch watch({.silent = milliseconds(200), .ended = seconds(5)});
+  EXPECT_FALSE(watch.silent(seconds(100))) << "nothing came yet: nothing is missed";
+  EXPECT_FALSE(watch.ended(seconds(100)));
+  watch.odometry(seconds(1));
+  EXPECT_FALSE(watch.silent(milliseconds(1200)));
+  EXPECT_TRUE(watch.silent(milliseconds(1201)));
+  watch.odometry(seconds(2));
+  EXPECT_FALSE(watch.silent(milliseconds(2100)));
+}
+
+TEST(SimulationWatch, APausedSimulationIsNotAnEndedOne) {
+  SimulationWatch watch({.silent = milliseconds(200), .ended = seconds(5)});
+  watch.odometry(seconds(1));
+  for (int s = 1; s <= 60; ++s) {
+    watch.clock(seconds(s));
+    EXPECT_FALSE(watch.ended(seconds(s)));
+  }
+  EXPECT_FALSE(watch.ended(seconds(65)));
+  EXPECT_TRUE(watch.ended(seconds(65) + milliseconds(1)));
+}
+
+TEST(SimulationWatch, SaysEachChangeOnceAndWhetherItMayBePaused) {
+  SimulationWatch watch;
+  watch.odometry(seconds(1));
+  EXPECT_EQ(watch.take_words(milliseconds(1100)), "");
+  EXPECT_THAT(watch.take_words(seconds(2)), HasSubstr("nothing says that the simulation still runs"));
+  EXPECT_EQ(watch.take_words(seconds(3)), "");
+  watch.odometry(seconds(4));
+  EXPECT_THAT(watch.take_words(seconds(4)), HasSubstr("commands count again"));
+  watch.clock(seconds(6));
+  EXPECT_THAT(watch.take_words(seconds(6)), HasSubstr("is it paused?"));
+}
+
+TEST(SimulationWatch, HoldsTheRobotWithinAQuarterOfASecondAndReleasesIt) {
+  SimulationWatch watch;
+  EXPECT_FALSE(watch.silent(std::chrono::seconds(9))) << "nothing was heard yet";
+  for (int ms = 0; ms <= 1000; ms += 20) watch.odometry(milliseconds(ms));
+  EXPECT_FALSE(watch.silent(milliseconds(1100)));
+  EXPECT_EQ(watch.take_words(milliseconds(1100)), "");
+  EXPECT_TRUE(watch.silent(milliseconds(1250)));
+  const std::string ended = watch.take_words(milliseconds(1250));
+  EXPECT_NE(ended.find("nothing says that the simulation still runs"), std::string::npos) << ended;
+  EXPECT_EQ(watch.take_words(milliseconds(1300)), "") << "said once";
+  watch.odometry(milliseconds(5000));
+  EXPECT_FALSE(watch.silent(milliseconds(5000)));
+  EXPECT_NE(watch.take_words(milliseconds(5000)).find("comes again"), std::string::npos);
+  watch.clock(milliseconds(5150));
+  EXPECT_NE(watch.take_words(milliseconds(5250)).find("is it paused?"), std::string::npos);
+}
+
+TEST(SimulationWatch, ASimulationThatIsPausedHasNotEnded) {
+  SimulationWatch paused;
+  SimulationWatch ended;
+  EXPECT_FALSE(ended.ended(std::chrono::hours(1))) << "it never began";
+  paused.odometry(milliseconds(0));
+  ended.odometry(milliseconds(0));
+  for (int ms = 0; ms <= 6000; ms += 100) paused.clock(milliseconds(ms));
+  EXPECT_FALSE(ended.ended(milliseconds(4900)));
+  EXPECT_TRUE(ended.ended(milliseconds(5100)));
+  EXPECT_TRUE(paused.silent(milliseconds(6050)));
+  EXPECT_FALSE(paused.ended(milliseconds(6050)));
+  EXPECT_TRUE(paused.ended(milliseconds(11'100)));
+}
+
+}  // namespace
+}  // namespace waymark
