@@ -138,10 +138,20 @@ void put(std::FILE* file, std::string_view text) {
 
 }  // namespace
 
-Console::Console(std::string verb, std::FILE* out, std::FILE* err)
-    : verb_(std::move(verb)), out_(out), err_(err), watched_(isatty(fileno(err)) == 1) {}
+Console::Console(std::string verb, std::FILE* out, std::FILE* err, HasFlag has_flag)
+    : verb_(std::move(verb)),
+      has_flag_(std::move(has_flag)),
+      out_(out),
+      err_(err),
+      watched_(isatty(fileno(err)) == 1) {}
 
-void Console::print(std::string_view text) {
+std::string Console::text_for_users(std::string_view text) const {
+  return has_flag_ ? with_flags(text, has_flag_) : std::string(text);
+}
+
+void Console::print(std::string_view text) { print_help(text_for_users(text)); }
+
+void Console::print_help(std::string_view text) {
   if (output_ended()) return;
   end_progress();
   errno = 0;
@@ -157,7 +167,7 @@ void Console::print(std::string_view text) {
 
 void Console::say(std::string_view words) {
   end_progress();
-  put(err_, fmt::format("{}: {}\n", verb_, words));
+  put(err_, fmt::format("{}: {}\n", verb_, text_for_users(words)));
 }
 
 void Console::warn(const std::vector<std::string>& warnings) {

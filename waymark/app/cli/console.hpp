@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "waymark/app/cli/field_flags.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/robots/watchdog/stop_socket.hpp"
@@ -44,11 +45,14 @@ enum class ExitCode : std::uint8_t {
 /// it when standard error is a terminal.
 class Console {
  public:
-  /// `verb` introduces what is said ("waymark detect: …").
-  explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr);
+  /// `verb` introduces what is said ("waymark detect: …"). Fields that texts name are written as flags of the
+  /// program (with_flags()); without `has_flag` they stay.
+  explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr, HasFlag has_flag = {});
 
   /// Results; passed on at once, so that what was printed survives whatever comes later.
   void print(std::string_view text);
+  /// The same with all words as they are: help.
+  void print_help(std::string_view text);
   /// One line of words: "waymark detect: words".
   void say(std::string_view words);
   void say(const Error& error) { say(to_string(error)); }
@@ -80,7 +84,10 @@ class Console {
 
   enum class Output : std::uint8_t { Open, ClosedByReader, Failed };
 
+  [[nodiscard]] std::string text_for_users(std::string_view text) const;
+
   std::string verb_;
+  HasFlag has_flag_;
   std::FILE* out_;
   std::FILE* err_;
   bool watched_ = false;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <new>
 #include <regex>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -73,6 +74,23 @@ Chosen choose(const Node& root, const std::vector<std::string>& words) {
     chosen.name += " " + word;
   }
   return chosen;
+}
+
+/// The flags of a verb and of all verbs below it.
+void collect_flags(const Verb& verb, std::set<std::string, std::less<>>& flags) {
+  CLI::App app;
+  if (verb.prepare) static_cast<void>(verb.prepare(app));
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) flags.insert("--" + name);
+  for (const Verb& child : verb.verbs) collect_flags(child, flags);
+}
+
+/// Whether a verb of the program has the flag; asked for the first time, all of them are listed.
+HasFlag has_flag_of(const Verb& program) {
+  return [&program, flags = std::make_shared<std::set<std::string, std::less<>>>()](std::string_view flag) {
+    if (flags->empty()) collect_flags(program, *flags);
+    return flags->contains(flag);
+  };
 }
 
 std::vector<std::string> flags_of(const CLI::App& app) {
@@ -158,7 +176,7 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
     words.emplace_back("--help");
   }
   const Chosen chosen = choose(root, words);
-  Console console(chosen.name, out, err);
+  Console console(chosen.name, out, err, has_flag_of(program));
   if (words.empty()) {
     console.say("no verb given.\n\n" + app.help());
     return ExitCode::Usage;
@@ -172,10 +190,10 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
     std::reverse(words.begin(), words.end());  // CLI11 wants the last word first
     app.parse(std::move(words));
   } catch (const CLI::CallForAllHelp&) {
-    console.print(app.help("", CLI::AppFormatMode::All));
+    console.print_help(app.help("", CLI::AppFormatMode::All));
     return console.finish(ExitCode::Ok);
   } catch (const CLI::CallForHelp&) {
-    console.print(app.help());
+    console.print_help(app.help());
     return console.finish(ExitCode::Ok);
   } catch (const CLI::CallForVersion& version) {
     console.print(std::string(version.what()) + "\n" + (verbose ? build_details() : ""));

@@ -30,20 +30,6 @@ TEST(FlagRefusals, TheFirstThatWasGivenIsTheError) {
   EXPECT_EQ(refused.status().error().hint, "Leave it out.");
 }
 
-TEST(FlagRefusals, OfAMap) {
-  MapWords words;
-  EXPECT_FALSE(check_effects(words, given({})));
-  words.job.lap = "lap.mcap";
-  EXPECT_FALSE(check_effects(words, given({})));
-  words.job.folder = "map";
-  EXPECT_TRUE(check_effects(words, given({"--method"})));
-  const Status alone = check_effects(words, given({"--map-sigma"}));
-  ASSERT_FALSE(alone);
-  EXPECT_EQ(alone.error().place.key, "--map-sigma");
-  words.of.extend = "older";
-  EXPECT_TRUE(check_effects(words, given({"--map-sigma"})));
-}
-
 TEST(JobFields, AreNamedOnce) {
   for (const auto& names : {field_names<MapWords>(), field_names<LocalizeJob>()}) {
     const std::set<std::string> once(names.begin(), names.end());

@@ -188,5 +188,26 @@ TEST(FreshFile, ARecordingInWhichTheRobotSaidNothingIsRemoved) {
   EXPECT_TRUE(fs::exists(folder));
 }
 
+TEST(WriteFigure, AFigureIsWrittenInEachFormThatIsAskedFor) {
+  const fs::path folder = testing::fresh_folder("write_figure");
+  plot::Figure figure{.title = "A figure"};
+  figure.series.push_back({.name = "line", .x = {0, 1, 2}, .y = {0, 1, 4}});
+  std::vector<std::string> files;
+  ASSERT_TRUE(write_figure(folder / "figure.svg", figure, {".svg", ".png", ".pdf"}, files));
+  EXPECT_EQ(files.size(), 3U);
+  EXPECT_THAT(test::file_text(folder / "figure.svg"), HasSubstr("<svg"));
+  const auto begins = [&](const char* name) {
+    std::string head(4, ' ');
+    std::ifstream(folder / name, std::ios::binary).read(head.data(), 4);
+    return head;
+  };
+  EXPECT_EQ(begins("figure.png"), "\x89PNG");
+  EXPECT_EQ(begins("figure.pdf"), "%PDF");
+  EXPECT_FALSE(write_figure(folder / "figure.svg", figure, {".gif"}, files));
+  const Status nowhere = write_figure(folder / "none" / "figure.svg", figure, {".svg"}, files);
+  ASSERT_FALSE(nowhere);
+  EXPECT_EQ(files.size(), 3U) << "what was not written is not listed";
+}
+
 }  // namespace
 }  // namespace waymark

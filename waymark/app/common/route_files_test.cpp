@@ -7,7 +7,6 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/app/common/output_files.hpp"
 #include "waymark/recording/compression.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -114,34 +113,6 @@ TEST_F(RouteFiles, RecordingsAreToldByTheirFirstBytes) {
   EXPECT_FALSE(looks_like_recording(folder_.string()));
   EXPECT_FALSE(looks_like_recording("/dev/zero")) << "only regular files are read";
   EXPECT_FALSE(looks_like_recording((folder_ / "none").string()));
-}
-
-TEST_F(RouteFiles, AFigureIsWrittenInEachFormThatIsAskedFor) {
-  plot::Figure figure{.title = "A figure"};
-  figure.series.push_back({.name = "line", .x = {0, 1, 2}, .y = {0, 1, 4}});
-  std::vector<std::string> files;
-  ASSERT_TRUE(write_figure(folder_ / "figure.svg", figure, {".svg", ".png", ".pdf"}, files));
-  EXPECT_EQ(files.size(), 3U);
-  EXPECT_THAT(test::file_text(folder_ / "figure.svg"), HasSubstr("<svg"));
-  const auto begins = [&](const char* name) {
-    std::string head(4, ' ');
-    std::ifstream(folder_ / name, std::ios::binary).read(head.data(), 4);
-    return head;
-  };
-  EXPECT_EQ(begins("figure.png"), "\x89PNG");
-  EXPECT_EQ(begins("figure.pdf"), "%PDF");
-  EXPECT_FALSE(write_figure(folder_ / "figure.svg", figure, {".gif"}, files));
-  const Status nowhere = write_figure(folder_ / "none" / "figure.svg", figure, {".svg"}, files);
-  ASSERT_FALSE(nowhere);
-  EXPECT_EQ(files.size(), 3U) << "what was not written is not listed";
-}
-
-TEST(StopwatchTest, TimeAndMemoryOnlyGrow) {
-  const Stopwatch watch;
-  const double first = watch.seconds();
-  EXPECT_GE(first, 0);
-  EXPECT_GE(watch.seconds(), first);
-  EXPECT_GT(peak_rss_mib(), 1);
 }
 
 }  // namespace

@@ -157,54 +157,5 @@ TEST(EstimateMessage, ComparisonsSayTheirDegreesOfFreedomAndWhetherTheyCounted) 
   EXPECT_EQ(message.status[0].values[1].value, "8");
 }
 
-/// A comparison of poses, which are `shift` beside those of the reference.
-TrajectoryReport report_of(double rmse_m, std::size_t pairs, std::size_t poses) {
-  TrajectoryReport report{.estimate = "/none/a", .reference = "/none/b"};
-  TrajectoryRow row{
-      .name = "estimate", .poses = EstimatedTrajectory(poses), .scores = TrajectoryScores{}, .pairs = pairs};
-  row.scores->ate_m.rmse = rmse_m;
-  report.rows.push_back(row);
-  return report;
-}
-
-Reference square_reference(double side_m) {
-  Reference reference;
-  reference.path.corners = {{0, 0}, {side_m, 0}, {side_m, side_m}, {0, side_m}};
-  return reference;
-}
-
-TEST(Doubts, APlainComparisonHasNone) {
-  EXPECT_THAT(doubts_about(report_of(0.1, 90, 100), square_reference(4)), IsEmpty());
-}
-
-TEST(Doubts, HardlyAMomentInCommonIsSaid) {
-  const auto doubts = doubts_about(report_of(0.1, 40, 100), square_reference(4));
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_THAT(doubts[0], HasSubstr("only 40 of 100"));
-}
-
-TEST(Doubts, AsFarAsTheReferenceReachesIsAnotherPlace) {
-  const auto doubts = doubts_about(report_of(5, 90, 100), square_reference(4));
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_THAT(doubts[0], HasSubstr("--alignment se2"));
-  TrajectoryReport aligned = report_of(5, 90, 100);
-  aligned.alignment = AlignmentKind::Se2;
-  EXPECT_THAT(doubts_about(aligned, square_reference(4)), IsEmpty()) << "their shapes were compared";
-  EXPECT_THAT(doubts_about(report_of(0.2, 90, 100), square_reference(0.1)), IsEmpty())
-      << "a robot that stood";
-}
-
-TEST(Doubts, OdometryTellsTwoDrivesApart) {
-  const fs::path folder = testing::fresh_folder("jobs_two_drives");
-  TrajectoryReport report = report_of(0.1, 90, 100);
-  report.estimate = test::record_lap(folder / "a.mcap", 31, {.for_s = 3});
-  report.reference = test::record_lap(folder / "b.mcap", 32, {.for_s = 3});
-  const auto doubts = doubts_about(report, square_reference(4));
-  ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_THAT(doubts[0], HasSubstr("two drives"));
-  report.reference = report.estimate;
-  EXPECT_THAT(doubts_about(report, square_reference(4)), IsEmpty());
-}
-
 }  // namespace
 }  // namespace waymark

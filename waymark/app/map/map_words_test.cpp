@@ -3,10 +3,13 @@
 
 #include <limits>
 #include <numbers>
+#include <set>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/scene/map_scene.hpp"
 #include "waymark/base/random.hpp"
 
@@ -104,6 +107,24 @@ TEST(SceneDescription, TheModelOfTagslamTakesTheCamerasAsGiven) {
             "(--free-intrinsics): TagSLAM's model takes the cameras as given. Leave it out, or leave out "
             "--model tagslam.");
   EXPECT_THAT(to_string(describe_scene("tagslm", false, job).error()), HasSubstr("(--model): there is no"));
+}
+
+GivenFlags given(std::set<std::string> flags) {
+  return [flags = std::move(flags)](const char* flag) { return flags.contains(flag); };
+}
+
+TEST(FlagRefusals, OfAMap) {
+  MapWords words;
+  EXPECT_FALSE(check_effects(words, given({})));
+  words.job.lap = "lap.mcap";
+  EXPECT_FALSE(check_effects(words, given({})));
+  words.job.folder = "map";
+  EXPECT_TRUE(check_effects(words, given({"--method"})));
+  const Status alone = check_effects(words, given({"--map-sigma"}));
+  ASSERT_FALSE(alone);
+  EXPECT_EQ(alone.error().place.key, "--map-sigma");
+  words.of.extend = "older";
+  EXPECT_TRUE(check_effects(words, given({"--map-sigma"})));
 }
 
 }  // namespace

@@ -156,32 +156,6 @@ TEST(V4l2CameraThreads, EveryFormatGivesTheSameGrey) {
   }
 }
 
-/// Web cameras leave the tables of the JPEG standard out of their pictures.
-TEST(V4l2Grey, DecodesPicturesWithoutHuffmanTables) {
-  Image picture(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) picture.row(y)[x] = static_cast<std::uint8_t>(40 + 2 * x + y);
-  const auto jpeg = encode_jpeg(picture, 90);
-  ASSERT_TRUE(jpeg);
-  std::vector<std::uint8_t> without(jpeg->begin(), jpeg->begin() + 2);
-  for (std::size_t at = 2; at + 4 <= jpeg->size() && (*jpeg)[at] == 0xff;) {
-    const std::size_t size = 2U + 256U * (*jpeg)[at + 2] + (*jpeg)[at + 3];
-    const bool scan = (*jpeg)[at + 1] == 0xda;
-    const auto begin = jpeg->begin() + static_cast<std::ptrdiff_t>(at);
-    const auto end = scan ? jpeg->end() : begin + static_cast<std::ptrdiff_t>(size);
-    if ((*jpeg)[at + 1] != 0xc4) without.insert(without.end(), begin, end);
-    at += scan ? jpeg->size() : size;
-  }
-  ASSERT_LT(without.size(), jpeg->size());
-  const RawLayout layout{PixelFormat::Mjpg, kWidth, kHeight, 0};
-  const auto whole = to_grey(*jpeg, layout);
-  const auto same = to_grey(without, layout);
-  ASSERT_TRUE(whole && same);
-  EXPECT_EQ(*whole, *same);
-  EXPECT_FALSE(to_grey(std::span(without).first(without.size() / 2), layout));
-  EXPECT_FALSE(to_grey(without, {PixelFormat::Mjpg, kWidth, kHeight / 2, 0}));
-}
-
 TEST(V4l2CameraThreads, WaitsForAnUnpluggedCamera) {
   FakeCamera fake;
   fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));

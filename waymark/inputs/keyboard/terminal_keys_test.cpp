@@ -8,8 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "waymark/inputs/keyboard/key_input.hpp"
-
 namespace waymark {
 namespace {
 

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <string>
 
 #include <unistd.h>
 
 #include <gtest/gtest.h>
 
-#include "waymark/robots/dds/ros_environment.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
 namespace waymark {

@@ -4,12 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/data.hpp"
 #include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/config/text_file.hpp"
-#include "waymark/robots/gazebo/gazebo_robot.hpp"
-#include "waymark/robots/wire/simulation_watch.hpp"
 
 namespace waymark {
 namespace {

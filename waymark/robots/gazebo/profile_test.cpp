@@ -5,6 +5,7 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 namespace {

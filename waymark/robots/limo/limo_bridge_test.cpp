@@ -1,4 +1,4 @@
-// What LIMO's frames become, and which commands reach its wheels.
+// What LIMO's frames become.
 #include "waymark/robots/limo/limo_bridge.hpp"
 
 #include <numbers>
@@ -6,18 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/robots/limo/command_gate.hpp"
-
 namespace waymark {
 namespace {
 
 using std::chrono::milliseconds;
-
-using ::testing::ElementsAre;
-
-using ::testing::HasSubstr;
-
-using ::testing::IsEmpty;
 
 /// A LIMO that drives a circle, and what the bridge makes of its frames.
 class Circle {

@@ -8,12 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/robots/limo/limo_bridge.hpp"
-
 namespace waymark {
 namespace {
-
-using std::chrono::milliseconds;
 
 using ::testing::ElementsAre;
 

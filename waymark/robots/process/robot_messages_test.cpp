@@ -11,7 +11,6 @@
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/robots/process/robot_clock.hpp"
 
 namespace waymark {
 namespace {

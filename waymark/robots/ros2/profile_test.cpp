@@ -3,20 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/recording/ros2/cdr.hpp"
-#include "waymark/recording/ros2/convert.hpp"
-#include "waymark/recording/ros2/offered_qos.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/robots/dds/ros_environment.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
-#include "waymark/robots/ros2/log_publisher.hpp"
-#include "waymark/robots/ros2/other_publishers.hpp"
-#include "waymark/robots/ros2/relay.hpp"
-#include "waymark/robots/ros2/topic_tools.hpp"
 
 namespace waymark {
 namespace {
-
-using std::chrono::milliseconds;
 
 TEST(Ros2Profile, ThoseThatComeWithWaymarkAreRead) {
   for (const char* name :

@@ -1,4 +1,3 @@
-// Which frames a bridge takes for base and camera, and what it says of them.
 #include "waymark/robots/ros2/robot_bridge.hpp"
 
 #include <limits>

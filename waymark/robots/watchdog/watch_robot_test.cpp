@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/robots/watchdog/pipes.hpp"
 
 namespace waymark {
 namespace {

@@ -14,8 +14,6 @@
 
 #include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/robots/wire/robot_talk.hpp"
-#include "waymark/robots/wire/simulation_watch.hpp"
 
 namespace waymark {
 namespace {
