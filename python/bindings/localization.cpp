@@ -33,8 +33,8 @@ void take_options(LocalizationKind method, const py::dict& given, RiekfOptions& 
   }
 }
 
-LocalizerSetup setup_of(const TagMap& map, const RobotDescription& robot, const std::string& method,
-                        const py::kwargs& given) {
+LocalizerSetup localizer_setup(const TagMap& map, const RobotDescription& robot, const std::string& method,
+                               const py::kwargs& given) {
   LocalizerSetup setup{.landmarks = Landmarks(map), .tags = map};
   setup.sensor = {
       .camera = robot.camera, .base_T_sensor = robot.model.base_T_cam, .more_cameras = robot.more_cameras};
@@ -45,7 +45,7 @@ LocalizerSetup setup_of(const TagMap& map, const RobotDescription& robot, const 
 
 std::unique_ptr<Localizer> make(const TagMap& map, const RobotDescription& robot, const std::string& method,
                                 const py::kwargs& given) {
-  return std::make_unique<Localizer>(value_of(Localizer::make(setup_of(map, robot, method, given))));
+  return std::make_unique<Localizer>(value_of(Localizer::make(localizer_setup(map, robot, method, given))));
 }
 
 /// Samples that a localizer looks at one by one, or a list of them.
@@ -90,7 +90,7 @@ class Run {
 PoseList localize(const py::iterable& samples, const TagMap& map, const RobotDescription& robot,
                   const std::string& method, const py::kwargs& given) {
   constexpr std::size_t kTogether = 256;
-  Run run(setup_of(map, robot, method, given));
+  Run run(localizer_setup(map, robot, method, given));
   std::vector<Sample> taken;
   taken.reserve(kTogether);
   const auto filter = [&] {

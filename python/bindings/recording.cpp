@@ -73,7 +73,7 @@ py::list channels_of(const Recording& recording) {
   return all;
 }
 
-py::dict summary_of(const Recording& recording) {
+py::dict recording_summary(const Recording& recording) {
   const LogSummary summary = recording.log->summary();
   py::dict answer;
   answer["format"] = std::string(to_string(recording.log->format()));
@@ -86,7 +86,7 @@ py::dict summary_of(const Recording& recording) {
   return answer;
 }
 
-py::dict setup_of(Recording& recording) {
+py::dict recording_setup(Recording& recording) {
   const RecordingSetup setup = value_of(recording.log->setup());
   py::dict answer;
   answer["camera"] = setup.camera;
@@ -236,9 +236,9 @@ void bind_recording(py::module_& m) {
   recording.def_property_readonly(
       "channels", &channels_of,
       "A dictionary of topic, type, encoding and number of messages for each channel.");
-  recording.def_property_readonly("summary", &summary_of, "Format, times [ns] and size.");
+  recording.def_property_readonly("summary", &recording_summary, "Format, times [ns] and size.");
   recording.def_property_readonly(
-      "setup", &setup_of,
+      "setup", &recording_setup,
       "camera (CameraModel), base_T_cam (SE3) and metadata, None where it does not know them.");
   recording.def_property_readonly("attachments", &attachments_of, "The files inside it, bytes by name.");
   recording.def_property_readonly(

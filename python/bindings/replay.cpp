@@ -58,8 +58,8 @@ struct Drive {
   const PythonDetector* detector = nullptr;
 };
 
-ReplayerSetup setup_of(py::dict given, double laps, const std::string& method,
-                       const std::string& controller) {
+ReplayerSetup replay_setup_of(py::dict given, double laps, const std::string& method,
+                              const std::string& controller) {
   ReplayerSetup setup;
   setup.replay.laps = laps;
   if (!(laps > 0 && laps <= 1000))
@@ -153,7 +153,7 @@ Result<ReplayEnd> run(const Drive& drive, const py::object& robot, const py::obj
   return session.end(*driven);
 }
 
-py::dict dict_of(const ReplayEnd& end) {
+py::dict replay_dict(const ReplayEnd& end) {
   py::dict answer;
   answer["finished"] = end.finished;
   answer["state"] = word_of(end.state);
@@ -172,7 +172,8 @@ std::unique_ptr<PythonSession> make_session(const std::filesystem::path& map, co
                                             const std::string& controller, const py::kwargs& given) {
   auto session =
       std::make_unique<PythonSession>(PythonSession{.folder = value_of(read_map_folder(map, route))});
-  session->replayer = value_of(make_replayer(session->folder, setup_of(given, laps, method, controller)));
+  session->replayer =
+      value_of(make_replayer(session->folder, replay_setup_of(given, laps, method, controller)));
   return session;
 }
 
@@ -205,7 +206,7 @@ py::dict drive_session(PythonSession& session, const py::object& robot, double t
     end = run(drive, robot, on_step, pending);
   }
   pending.rethrow();
-  return dict_of(value_of(std::move(end)));
+  return replay_dict(value_of(std::move(end)));
 }
 
 py::dict drive_robot(const std::filesystem::path& map, const py::object& robot, const std::string& route,

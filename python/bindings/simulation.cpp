@@ -21,7 +21,7 @@
 namespace waymark::python {
 namespace {
 
-py::dict dict_of(const TagTruth& truth) {
+py::dict simulation_dict(const TagTruth& truth) {
   py::dict answer;
   answer["tag"] = to_string(truth.tag);
   answer["cam_T_tag"] = truth.cam_T_tag;
@@ -58,7 +58,7 @@ py::tuple take_photograph(const CameraModel& camera, const py::iterable& tags, s
   }
   Photograph picture = value_of(std::move(taken));
   py::list truths;
-  for (const TagTruth& truth : picture.tags) truths.append(dict_of(truth));
+  for (const TagTruth& truth : picture.tags) truths.append(simulation_dict(truth));
   return py::make_tuple(to_array(std::move(picture.image)), truths);
 }
 

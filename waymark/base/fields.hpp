@@ -84,7 +84,7 @@ template <HasFields Options>
 }
 
 /// A field of a job: a Field with what a command line needs beyond it. A job lists its fields as option
-/// structs do; its flags are made from them, and `--help` says the sentence:
+/// structs do; its flags are made from them, and their help says the sentence:
 ///
 ///     visit(self.output, JobField("output FILE", "Recording to write (.mcap)").required());
 struct JobField : Field {
@@ -99,7 +99,7 @@ struct JobField : Field {
   /// An input, not a flag: a word by itself, called as its value is ("RUN", or "RUN ...").
   [[nodiscard]] constexpr JobField input() const { return with(&JobField::is_input, true); }
   [[nodiscard]] constexpr JobField required() const { return with(&JobField::is_required, true); }
-  /// Needed less: only --help-all shows it.
+  /// Needed less: the short help leaves it out.
   [[nodiscard]] constexpr JobField less() const { return with(&JobField::is_less, true); }
   /// One of these words, between commas: "jpeg,raw".
   [[nodiscard]] constexpr JobField one_of(std::string_view all) const { return with(&JobField::words, all); }
@@ -109,7 +109,7 @@ struct JobField : Field {
   }
   /// Its value before anything is given says nothing, and is not shown.
   [[nodiscard]] constexpr JobField without_usual() const { return with(&JobField::has_no_usual, true); }
-  /// In a group of that name, which only --help-all shows.
+  /// In a group of that name, which the short help leaves out.
   [[nodiscard]] constexpr JobField grouped(std::string_view title) const {
     return with(&JobField::group, title);
   }

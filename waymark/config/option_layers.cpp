@@ -13,24 +13,17 @@ namespace waymark {
 namespace {
 
 constexpr std::size_t kLargestConfig = std::size_t{1} << 20U;
-constexpr const char* kHowToSet = "Write SECTION.KEY=VALUE; --help-all lists sections and keys.";
 
-Place place_of(const std::string& argument) { return {.key = "--set " + argument}; }
-
-/// "a.b=VALUE" as the map {a: {b: VALUE}}.
-Result<YamlNode> parse_set(const std::string& argument) {
-  const std::size_t equals = argument.find('=');
-  const std::string path = argument.substr(0, equals);
+/// "a.b=VALUE" as the map {a: {b: VALUE}}. Errors have no place.
+Result<YamlNode> parse_assignment(const std::string& assignment, const std::string& how_to_write) {
+  const std::size_t equals = assignment.find('=');
+  const std::string path = assignment.substr(0, equals);
   if (equals == std::string::npos || path.find('.') == std::string::npos)
-    return fail(ErrorCode::InvalidArgument, "no section, key and value", place_of(argument), kHowToSet);
-  Result<YamlNode> node = parse_yaml(argument.substr(equals + 1), "--set " + argument);
-  if (!node) {
-    Error error = node.error();
-    error.place = place_of(argument);
-    return tl::unexpected(std::move(error));
-  }
+    return fail(ErrorCode::InvalidArgument, "no section, key and value", {}, how_to_write);
+  Result<YamlNode> node = parse_yaml(assignment.substr(equals + 1), assignment);
+  if (!node) return node;
   if (node->kind == YamlNode::Kind::Null)
-    return fail(ErrorCode::InvalidArgument, "no value", place_of(argument), kHowToSet);
+    return fail(ErrorCode::InvalidArgument, "no value", {}, how_to_write);
   std::string rest = path;
   while (true) {
     const std::size_t dot = rest.rfind('.');
@@ -44,9 +37,10 @@ Result<YamlNode> parse_set(const std::string& argument) {
   }
 }
 
-/// Whether the argument names the section, or the key of it: "follower", "filter.motion" or "filter.lag_s".
-bool is_about(const std::string& argument, const std::string& path, bool whole) {
-  const std::string name = argument.substr(0, argument.find('='));
+/// Whether the assignment is of the section, or of the key of it: "follower", "filter.motion" or
+/// "filter.lag_s".
+bool is_about(const std::string& assignment, const std::string& path, bool whole) {
+  const std::string name = assignment.substr(0, assignment.find('='));
   return name == path || (!whole && name.starts_with(path + "."));
 }
 
@@ -66,6 +60,8 @@ void add_assignments(const YamlNode& node, const std::string& path, std::vector<
 
 }  // namespace
 
+OptionLayers::OptionLayers(AssignmentSource assignments) : assignments_(std::move(assignments)) {}
+
 void OptionLayers::add_section(const std::string& name, Check check) {
   sections_.push_back({name, std::move(check)});
 }
@@ -77,7 +73,11 @@ std::vector<std::string> OptionLayers::section_names() const {
   return names;
 }
 
-Status OptionLayers::load(const std::string& file, const std::vector<std::string>& sets) {
+std::string OptionLayers::said(const std::string& assignment) const {
+  return assignments_.name.empty() ? assignment : assignments_.name + " " + assignment;
+}
+
+Status OptionLayers::load(const std::string& file, const std::vector<std::string>& assignments) {
   layers_.clear();
   if (!file.empty()) {
     const Result<std::string> text = read_text_file(file, kLargestConfig);
@@ -86,14 +86,17 @@ Status OptionLayers::load(const std::string& file, const std::vector<std::string
     if (!root) return tl::unexpected(root.error());
     layers_.push_back({std::move(*root), file});
   }
-  for (const std::string& argument : sets) {
-    Result<YamlNode> root = parse_set(argument);
-    if (!root) return tl::unexpected(root.error());
-    layers_.push_back({std::move(*root), "--set", argument});
+  for (const std::string& assignment : assignments) {
+    Result<YamlNode> root = parse_assignment(assignment, assignments_.how_to_write);
+    if (!root) {
+      root.error().place = {.key = said(assignment)};
+      return tl::unexpected(root.error());
+    }
+    layers_.push_back({std::move(*root), assignments_.name, assignment});
   }
   for (const Layer& layer : layers_) {
     Status status = check(layer);
-    if (!status && !layer.argument.empty()) status.error().place = place_of(layer.argument);
+    if (!status && !layer.assignment.empty()) status.error().place = {.key = said(layer.assignment)};
     if (!status) return status;
   }
   return {};
@@ -102,7 +105,7 @@ Status OptionLayers::load(const std::string& file, const std::vector<std::string
 Status OptionLayers::check(const Layer& layer) const {
   const YamlCursor root(layer.root, layer.source);
   Status status = root.check_keys(section_names());
-  if (!status && !layer.argument.empty())
+  if (!status && !layer.assignment.empty())
     status.error().message = fmt::format("unknown section '{}'", layer.root.keys.front());
   for (const Section& section : sections_) {
     const auto found = root.find(section.name);
@@ -124,11 +127,11 @@ bool OptionLayers::given(const std::string& path) const {
   });
 }
 
-std::string OptionLayers::first_set(const std::string& section, const std::string& key) const {
+std::string OptionLayers::first_assignment(const std::string& section, const std::string& key) const {
   const std::string path = key.empty() ? section : section + "." + key;
   for (const Layer& layer : layers_) {
-    if (!layer.argument.empty() && is_about(layer.argument, path, !key.empty()))
-      return "--set " + layer.argument;
+    if (!layer.assignment.empty() && is_about(layer.assignment, path, !key.empty()))
+      return said(layer.assignment);
   }
   return {};
 }

@@ -31,7 +31,7 @@ OptionLayers::Check reads() {
 }
 
 Parsed parse(const std::vector<std::string>& sets, const std::string& file = {}) {
-  OptionLayers layers;
+  OptionLayers layers({.name = "set"});
   layers.add_section("outer", reads<Outer>());
   layers.add_section("inner", reads<Inner>());
   Parsed parsed;
@@ -59,18 +59,18 @@ TEST(OptionLayers, SetReachesEveryTypeOfFieldAlsoOfNestedStructs) {
 
 TEST(OptionLayers, MistakesOfSetAreRefusedWithTheArgument) {
   EXPECT_THAT(parse({"outer.reach=1"}).error,
-              HasSubstr("(--set outer.reach=1): unknown key 'reach'. Did you mean 'reach_m'?"));
+              HasSubstr("(set outer.reach=1): unknown key 'reach'. Did you mean 'reach_m'?"));
   EXPECT_THAT(parse({"outr.reach_m=1"}).error,
-              HasSubstr("(--set outr.reach_m=1): unknown section 'outr'. Did you mean 'outer'?"));
+              HasSubstr("(set outr.reach_m=1): unknown section 'outr'. Did you mean 'outer'?"));
   EXPECT_THAT(parse({"outer.motion.nois=1"}).error, HasSubstr("Did you mean 'noise'?"));
-  EXPECT_THAT(parse({"outer.reach_m=11"}).error, HasSubstr("(--set outer.reach_m=11): 11 is outside"));
+  EXPECT_THAT(parse({"outer.reach_m=11"}).error, HasSubstr("(set outer.reach_m=11): 11 is outside"));
   EXPECT_THAT(parse({"outer.reach_m=far"}).error, HasSubstr("'far' is not a number"));
   EXPECT_THAT(parse({"outer.reach_m=.nan"}).error, HasSubstr("not a finite number"));
   EXPECT_THAT(parse({"outer.count=2.5"}).error, HasSubstr("'2.5' is not a whole number"));
   for (const char* nonsense :
        {"outer", "outer=1", "outer.reach_m", "outer.reach_m=", "outer.=1", ".reach_m=1", "outer.reach_m.x=1",
         "outer.motion=1", "outer.names=a", "=", "outer.reach_m={"})
-    EXPECT_THAT(parse({nonsense}).error, HasSubstr(std::string("(--set ") + nonsense + ")")) << nonsense;
+    EXPECT_THAT(parse({nonsense}).error, HasSubstr(std::string("(set ") + nonsense + ")")) << nonsense;
 }
 
 TEST_F(OptionFile, MistakesOfTheFileAreRefusedWithTheirLine) {
@@ -103,8 +103,16 @@ TEST_F(OptionFile, TheLastWordCounts) {
   EXPECT_EQ(parse({"outer.reach_m=2"}, file).outer.count, 1);
 }
 
+TEST(OptionLayers, TheCallerSaysHowAssignmentsAreGiven) {
+  OptionLayers layers({.name = "set", .how_to_write = "See the list."});
+  const auto error_of = [](const Status& status) { return to_string(status.error()); };
+  EXPECT_EQ(error_of(layers.load("", {"outer"})), "(set outer): no section, key and value. See the list.");
+  EXPECT_EQ(error_of(OptionLayers().load("", {"outer"})),
+            "(outer): no section, key and value. Write SECTION.KEY=VALUE.");
+}
+
 TEST(OptionLayers, TellsWhichSectionsAndKeysWereGiven) {
-  OptionLayers layers;
+  OptionLayers layers({.name = "set"});
   layers.add_section("outer", reads<Outer>());
   layers.add_section("inner", reads<Inner>());
   ASSERT_TRUE(layers.load("", {"outer.motion.noise=0.5", "outer.count=2"}));
@@ -113,9 +121,9 @@ TEST(OptionLayers, TellsWhichSectionsAndKeysWereGiven) {
   EXPECT_TRUE(layers.given("outer.motion.noise"));
   EXPECT_FALSE(layers.given("outer.reach_m"));
   EXPECT_FALSE(layers.given("inner"));
-  EXPECT_EQ(layers.first_set("outer"), "--set outer.motion.noise=0.5");
-  EXPECT_EQ(layers.first_set("outer", "count"), "--set outer.count=2");
-  EXPECT_EQ(layers.first_set("inner"), "");
+  EXPECT_EQ(layers.first_assignment("outer"), "set outer.motion.noise=0.5");
+  EXPECT_EQ(layers.first_assignment("outer", "count"), "set outer.count=2");
+  EXPECT_EQ(layers.first_assignment("inner"), "");
 }
 
 }  // namespace

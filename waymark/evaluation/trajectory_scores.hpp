@@ -48,9 +48,10 @@ struct Alignment {
 };
 
 /// The alignment with the least sum of squared distances of positions (Umeyama, "Least-Squares Estimation of
-/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), as evo's --align and
-/// --correct_scale find it; se2 turns about z and shifts in x and y only. Fails (InvalidArgument) on fewer
-/// than three pairs or positions that do not spread enough to tell a rotation. O(pairs).
+/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), as evo finds it
+/// with its options align and correct_scale; se2 turns about z and shifts in x and y only. Fails
+/// (InvalidArgument) on fewer than three pairs or positions that do not spread enough to tell a rotation.
+/// O(pairs).
 [[nodiscard]] Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind);
 
 // How far a trajectory is from a path that is known without times: a tape on the floor, a route.

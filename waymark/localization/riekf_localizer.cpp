@@ -260,15 +260,15 @@ std::vector<std::string> RiekfLocalizer::problems() const {
   if (latency_ != given_latency_)
     all.push_back(fmt::format(
         "the camera latency is {:.3f} s by the innovations, not {:.3f} s: that is used since it was found. "
-        "Set "
-        "it with --camera-latency-s, or run `waymark calibrate robot` and give the result with --calibration",
+        "Set it with `camera_latency_s`, or run `waymark calibrate robot` and give the result with "
+        "`calibration`",
         to_seconds(latency_), to_seconds(given_latency_)));
   if (const auto& suspect = tracker_.suspect()) {
     all.push_back(words_of(*suspect, tracker_.sees_corners()));
   } else if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge) {
     all.push_back(
         fmt::format("means of innovations of one tag are {:.1f} times as large as assumed: the estimate is "
-                    "overconfident. The tags are known worse than the map and --tag-sigma-m say",
+                    "overconfident. The tags are known worse than the map and `tag_sigma_m` say",
                     std::sqrt(*lasting)));
   }
   say(tracker_.broken(), "time", "the filter broke {} and began anew");

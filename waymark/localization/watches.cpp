@@ -416,20 +416,20 @@ std::string words_of(const SystematicVerdict& verdict, bool corners) {
       return fmt::format(
           "the innovations show a wrong sensor mounting: by about x {:.0f} mm, y {:.0f} mm, yaw {:.1f} deg, "
           "pitch "
-          "{:.1f} deg. Run `waymark calibrate robot` and give the result with --calibration",
+          "{:.1f} deg. Run `waymark calibrate robot` and give the result with `calibration`",
           1000 * v[0], 1000 * v[1], to_degrees(v[5]), to_degrees(v[4]));
     case Suspect::Scale:
       return fmt::format(
           "the innovations show a wrong {}: by about {:+.1f} %. Run `waymark calibrate {}` and give the "
           "result "
-          "with --calibration",
+          "with `calibration`",
           corners ? "focal length, or wrong tag sizes" : "scale of the measured distances", 100 * v[6],
           corners ? "camera" : "robot");
     case Suspect::Latency:
       return fmt::format(
           "the innovations show a wrong camera latency: by about {:+.0f} ms. Run `waymark calibrate "
           "robot` and "
-          "give the result with --calibration, or set --camera-latency-s",
+          "give the result with `calibration`, or set `camera_latency_s`",
           1000 * v[7]);
   }
   return {};

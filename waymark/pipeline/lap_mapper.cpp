@@ -54,8 +54,8 @@ tl::unexpected<Error> misplaced_anchor(const TagId& anchor) {
       fmt::format("{}, the anchor, does not stand as its pose says: nothing the robot saw of it agrees",
                   to_string(anchor)),
       {},
-      "An upright tag has roll -90, pitch 0 and its yaw (--anchor-pose 0 0 0.3 -90 0 -90); 0 0 0 lies on "
-      "its back. Without --anchor-pose the lap tells how it stands.");
+      "An upright tag has roll -90, pitch 0 and its yaw (`anchor_pose=0 0 0.3 -90 0 -90`); 0 0 0 lies on "
+      "its back. Without `anchor_pose` the lap tells how it stands.");
 }
 
 double tilt_between(const SE3& map_T_tag, const SE3& other) {
@@ -124,7 +124,7 @@ tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
               fmt::format("{}, the anchor: nothing the robot saw of it agrees with the rest of the lap",
                           to_string(setup.anchor)),
               {},
-              "Was it moved, or is its id on another tag too? Name a tag that is seen often: --anchor ID.");
+              "Was it moved, or is its id on another tag too? Name a tag that is seen often: `anchor=ID`.");
 }
 
 /// From tag to tag, nothing optimised.
@@ -199,7 +199,7 @@ std::string_view to_string(MapMethod method) { return kMapMethods[static_cast<st
 Result<MapMethod> parse_map_method(std::string_view name) {
   const auto* const found = std::ranges::find(kMapMethods, name);
   if (found != kMapMethods.end()) return static_cast<MapMethod>(found - kMapMethods.begin());
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "method"},
               suggestion(std::string(name), map_methods()));
 }
 
@@ -207,7 +207,7 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
                           const MapProgress& progress) {
   if (options.prior && options.method == MapMethod::Chain)
     return fail(ErrorCode::InvalidArgument, "the chain weighs nothing, so it cannot extend a map",
-                {.key = "method"}, "Leave --method at bundle.");
+                {.key = "method"}, "Leave `method` at bundle.");
   if (taught.frames.empty())
     return fail(ErrorCode::NotFound, "there is no frame of a camera in this lap", {},
                 "Is this a recording of tags seen by a camera? `waymark info` shows its topics.");
@@ -388,7 +388,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
   if (!lap.sizes.default_size_m)
     result.lap.warnings.emplace_back(
         "the recording does not say how large its tags are, and poses do not need it: map.yaml says 0.1 m "
-        "(--tag-size-m says better)");
+        "(`tag_size_m` says better)");
   say(*points, inner, result.lap.warnings);
   for (std::size_t i = 0; i < points->frames.size(); ++i) {
     result.lap.trajectory.push_back({lap.frames[points->frames[i]].stamp, lift(points->map_X_base[i])});

@@ -30,7 +30,7 @@ struct MapLapOptions {
   std::optional<LapPrior> prior{};  ///< a map that the lap is to improve; bundle only
 };
 
-/// The names of the methods, as `--method` takes them.
+/// The names of the methods, as parse_map_method() takes them.
 [[nodiscard]] std::vector<std::string> map_methods();
 [[nodiscard]] std::string_view to_string(MapMethod method);
 /// Fails (InvalidArgument, with a suggestion) on a name that is none of them.

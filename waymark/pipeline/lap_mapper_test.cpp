@@ -66,7 +66,7 @@ TEST(LapMapper, MethodsAreKnownByName) {
   for (const std::string& name : map_methods()) EXPECT_EQ(to_string(parse_map_method(name).value()), name);
   const auto unknown = parse_map_method("chian");
   ASSERT_FALSE(unknown);
-  EXPECT_EQ(to_string(unknown.error()), "(--method): there is no method 'chian'. Did you mean 'chain'?");
+  EXPECT_EQ(to_string(unknown.error()), "(method): there is no method 'chian'. Did you mean 'chain'?");
 }
 
 TEST(LapMapper, SaysWhatIsMissing) {

@@ -28,7 +28,7 @@ Status check(const LocalizerSetup& setup) {
   }
   if (setup.method == LocalizationKind::Anchor && (setup.tags.tags.empty() || !setup.sensor.camera))
     return fail(ErrorCode::InvalidArgument, "the method anchor needs tags with poses and a camera", {},
-                "Use --method riekf.");
+                "Use `method=riekf`.");
   return check_ranges(setup.filter);
 }
 
@@ -46,7 +46,7 @@ Result<LocalizationKind> parse_localization_method(std::string_view name) {
   const auto* const found = std::ranges::find(kLocalizationMethods, name);
   if (found != kLocalizationMethods.end())
     return static_cast<LocalizationKind>(found - kLocalizationMethods.begin());
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "method"},
               suggestion(std::string(name), localization_methods()));
 }
 

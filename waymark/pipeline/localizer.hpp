@@ -32,7 +32,7 @@ struct LocalizerSetup {
   bool live = false;
 };
 
-/// The names of the methods, as `--method` takes them: riekf, ekf, anchor, smoother.
+/// The names of the methods, as parse_localization_method() takes them: riekf, ekf, anchor, smoother.
 [[nodiscard]] std::vector<std::string> localization_methods();
 [[nodiscard]] std::string_view to_string(LocalizationKind method);
 /// Fails (InvalidArgument, with a suggestion) on a name that is none of them.

@@ -121,7 +121,7 @@ TEST(Localizer, WhatCannotWorkIsRefusedInWords) {
   };
   const auto typo = parse_localization_method("riek");
   ASSERT_FALSE(typo);
-  EXPECT_EQ(typo.error().place.key, "--method");
+  EXPECT_EQ(typo.error().place.key, "method");
   EXPECT_THAT(typo.error().hint, HasSubstr("riekf"));
   LocalizerSetup empty = setup_with("riekf");
   empty.landmarks = {};

@@ -79,8 +79,8 @@ tl::unexpected<Error> squares_do_not_fit(const SquareBoardOptions& options) {
                           options.tiled ? fmt::format("{} pages of ", kMostBoardPages) : std::string(),
                           options.paper.name),
               {.key = "square_size_m"},
-              largest + (options.tiled ? "; or take larger paper (--paper)."
-                                       : "; or spread the board over several pages (--tiled)."));
+              largest + (options.tiled ? "; or take larger paper (`paper`)."
+                                       : "; or spread the board over several pages (`tiled`)."));
 }
 
 /// The squares of each of some pages, as equal as can be.

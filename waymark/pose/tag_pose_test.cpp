@@ -316,7 +316,7 @@ TEST(TagPose, GarbageGivesAnErrorOrFiniteNumbers) {
 
 using testing::ViewRange;
 
-/// How many times as long the Monte Carlo runs are with ./test.sh --full.
+/// How many times as long the Monte Carlo runs are in the full test (test.sh).
 int effort() { return std::getenv("WAYMARK_FULL") == nullptr ? 1 : 5; }
 
 struct Statistics {

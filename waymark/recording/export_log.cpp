@@ -56,7 +56,7 @@ class McapExport {
       : writer_(std::move(writer)),
         qos_(options.qos),
         progress_(log, options),
-        cdr_([this](LogProblem::TextKind kind, const std::string& key, const Error& error) {
+        cdr_([this](LogProblem::Kind kind, const std::string& key, const Error& error) {
           noted_.add(kind, key, [&] { return error; });
         }) {}
   McapExport(const McapExport&) = delete;
@@ -457,7 +457,7 @@ Result<std::string> only_kind(MessageLog& log, const LogSelection& selection) {
                 "nothing in this recording fits a table of detections, odometry, imu or range-bearing");
   return fail(ErrorCode::InvalidArgument,
               fmt::format("the recording holds {}: a table takes one of them", fmt::join(found, ", ")), {},
-              fmt::format("Say which: --kind {}.", *found.begin()));
+              fmt::format("Say which: `kind={}`.", *found.begin()));
 }
 
 }  // namespace
@@ -502,7 +502,7 @@ Result<std::string> only_topic(const std::vector<std::string>& topics) {
         "A TUM file takes nav_msgs/Odometry, geometry_msgs/PoseStamped or PoseWithCovarianceStamped.");
   return fail(ErrorCode::InvalidArgument,
               fmt::format("several topics have poses: {}", fmt::join(topics, ", ")), {},
-              fmt::format("Say which: --topics {}.", topics.front()));
+              fmt::format("Say which: `topics={}`.", topics.front()));
 }
 
 class TumExport {

@@ -122,7 +122,7 @@ Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> s
   }
   if (yaml)
     return fail(ErrorCode::Unsupported, "this is a YAML file, and no recording", place,
-                "A map goes after --map, a robot after --robot or --robot-file, a world after --world.");
+                "A map goes after `map`, a robot after `robot` or `robot_file`, a world after `world`.");
   if (place.source.ends_with(".mcap"))
     return fail(ErrorCode::Unsupported, "this does not begin as an MCAP file", place,
                 "If its beginning is damaged, `waymark recover FILE` saves what stands behind it.");

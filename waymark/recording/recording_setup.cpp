@@ -52,7 +52,7 @@ std::optional<CameraModel> rectified_camera(const ros2::CameraInfo& info) {
 Result<CameraModel> camera_of(const ros2::CameraInfo& info) {
   if (!(info.k[0] > 0))
     return fail(ErrorCode::NotFound, "the camera was not calibrated: its focal length is zero", {},
-                "Calibrate it (`waymark calibrate camera`), and give the robot's file with --robot.");
+                "Calibrate it (`waymark calibrate camera`), and give the robot's file with `robot`.");
   return ros2::from_ros(info);
 }
 
@@ -170,8 +170,8 @@ class Choosing {
   ChosenCamera run() {
     choose_views();
     choose_info();
-    choose_motion(false, choice_.odometry_topic, "odom", "--odometry-topic");
-    choose_motion(true, choice_.imu_topic, "imu", "--imu-topic");
+    choose_motion(false, choice_.odometry_topic, "odom", "odometry_topic");
+    choose_motion(true, choice_.imu_topic, "imu", "imu_topic");
     find_mounting();
     turn_imu();
     return std::move(chosen_);
@@ -181,7 +181,7 @@ class Choosing {
   void choose_views();
   void keep_one_copy();
   void choose_info();
-  void choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* flag);
+  void choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* field);
   void find_mounting();
   std::string find_base(const std::string& camera);
   std::string find_camera();
@@ -251,7 +251,7 @@ void Choosing::choose_views() {
     for (const auto& [name, topics] : topics_of_frame)
       list += fmt::format("\n  {}  ({})", name, fmt::join(topics, ", "));
     ambiguous(fmt::format("the recording holds {} cameras:{}", topics_of_frame.size(), list),
-              fmt::format("Choose one with --camera-frame, for example --camera-frame {}.",
+              fmt::format("Choose one with `camera_frame`, for example `camera_frame={}`.",
                           topics_of_frame.begin()->first));
   }
   if (!topics_of_frame.empty()) {
@@ -283,7 +283,7 @@ void Choosing::keep_one_copy() {
     others.push_back(view->topic);
     chosen_.unused.insert(view->topic);
   }
-  note(fmt::format("pictures of {} are used, not {} (--camera-topic chooses)", best->topic,
+  note(fmt::format("pictures of {} are used, not {} (`camera_topic` chooses)", best->topic,
                    fmt::join(others, ", ")));
   std::erase_if(views_, [&](const RecordedView& view) { return chosen_.unused.contains(view.topic); });
 }
@@ -319,7 +319,7 @@ void Choosing::choose_info() {
     std::vector<std::string> topics;
     for (const auto* other : fitting) topics.push_back(other->topic);
     ambiguous(fmt::format("several calibrations may be the camera's: {}", fmt::join(topics, ", ")),
-              fmt::format("Choose one with --camera-topic, for example --camera-topic {}.", topics.front()));
+              fmt::format("Choose one with `camera_topic`, for example `camera_topic={}`.", topics.front()));
   }
   const bool rectified =
       std::ranges::any_of(views_, [](const RecordedView& view) { return is_rectified(view.topic); });
@@ -332,7 +332,7 @@ void Choosing::choose_info() {
   if (views_.front().frame.empty()) views_.front().frame = info.frame;
 }
 
-void Choosing::choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* flag) {
+void Choosing::choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* field) {
   std::vector<const RecordedMotion*> all;
   for (const RecordedMotion& motion : facts_.motions)
     if (motion.imu == imu) all.push_back(&motion);
@@ -350,15 +350,15 @@ void Choosing::choose_motion(bool imu, const std::string& asked, std::string_vie
                                           imu ? "IMUs" : "odometry", fmt::join(topics, ", "))
                             : fmt::format("the recording has no {} on '{}', but on {}",
                                           imu ? "IMU" : "odometry", asked, fmt::join(topics, ", ")),
-              fmt::format("Choose one with {}, for example {} {}.", flag, flag, topics.front()));
+              fmt::format("Choose one with `{}`, for example `{}={}`.", field, field, topics.front()));
     return;
   }
   (imu ? imu_ : odometry_) = chosen;
   for (const RecordedMotion* motion : all)
     if (motion != chosen) chosen_.unused.insert(motion->topic);
   if (all.size() > 1)
-    note(fmt::format("{} of {} is used, of {} topics ({} chooses)", imu ? "the IMU" : "odometry",
-                     chosen->topic, all.size(), flag));
+    note(fmt::format("{} of {} is used, of {} topics (`{}` chooses)", imu ? "the IMU" : "odometry",
+                     chosen->topic, all.size(), field));
 }
 
 std::string Choosing::find_camera() {
@@ -387,7 +387,7 @@ std::string Choosing::find_base(const std::string& camera) {
     if (found.size() > 1)
       ambiguous(fmt::format("the camera '{}' hangs together with several bases: {}", camera,
                             fmt::join(found, ", ")),
-                fmt::format("Choose one, for example --base-frame {}.", found.front()));
+                fmt::format("Choose one, for example `base_frame={}`.", found.front()));
     if (!found.empty()) return found.front();
   }
   return "base_link";
@@ -408,7 +408,7 @@ void Choosing::find_mounting() {
           Error{ErrorCode::NotFound,
                 "the recording has no transforms (/tf_static, /tf)",
                 {},
-                "Leave out --base-frame and --camera-frame, and give the mounting with --robot FILE."};
+                "Leave out `base_frame` and `camera_frame`, and give the mounting with `robot=FILE`."};
     return;
   }
   if (camera.empty()) {
@@ -416,7 +416,7 @@ void Choosing::find_mounting() {
       chosen_.mounting_error = Error{ErrorCode::NotFound,
                                      "no header names the frame of the camera; " + frames.text(),
                                      {},
-                                     "Name it with --camera-frame."};
+                                     "Name it with `camera_frame`."};
     return;
   }
   const std::string base = find_base(camera);
@@ -435,7 +435,7 @@ void Choosing::find_mounting() {
                     "right, y down, z ahead; {}",
                     camera, frames.text()),
         {},
-        "Name the optical frame with --camera-frame; --camera-frame with this very frame takes it as it is."};
+        "Name the optical frame with `camera_frame`; `camera_frame` with this very frame takes it as it is."};
     return;
   }
   chosen_.base_T_cam = *base_T_cam;
@@ -496,7 +496,7 @@ void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
   for (auto camera = cameras.begin() + 1; camera != cameras.end(); ++camera)
     setup.more_cameras.push_back(
         {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
-  setup.chosen.notes = {fmt::format("all {} cameras are used: {} (--camera-frame chooses one)", frames.size(),
+  setup.chosen.notes = {fmt::format("all {} cameras are used: {} (`camera_frame` chooses one)", frames.size(),
                                     fmt::join(frames, ", "))};
 }
 

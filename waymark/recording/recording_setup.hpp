@@ -101,8 +101,8 @@ struct ChosenCamera {
   std::vector<std::string> frames{};      ///< of the cameras, where there are several and none was named
 };
 
-/// Chooses. The base is --base-frame, else what the odometry moves (child_frame_id), else base_link or
-/// base_footprint, below whatever namespace. The camera's frame is --camera-frame, else that of the header of
+/// Chooses. The base is `base_frame`, else what the odometry moves (child_frame_id), else base_link or
+/// base_footprint, below whatever namespace. The camera's frame is `camera_frame`, else that of the header of
 /// its tags or pictures, else that of its calibration. The mounting is composed of every link between them.
 [[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
 

@@ -76,7 +76,7 @@ TEST(CameraChoice, AChainThatCannotBeUsedShowsTheTree) {
   const std::string words = mounting_error(missing);
   EXPECT_THAT(words, HasSubstr("no transform has the frame 'default_cam'"));
   EXPECT_THAT(words, HasSubstr("\n      camera_link\n        camera_color_frame"));
-  EXPECT_THAT(words, HasSubstr("--camera-frame"));
+  EXPECT_THAT(words, HasSubstr("`camera_frame`"));
   EXPECT_TRUE(choose_camera(missing, {.camera_frame = "camera_color_optical_frame"}).base_T_cam);
 
   CameraFacts moving = a_robot();

@@ -105,7 +105,7 @@ namespace waymark::topics {
 
 }  // namespace waymark::topics
 
-/// How pictures get into a recording (--record-images, --pictures).
+/// How pictures get into a recording (`record_images`, `pictures`).
 namespace waymark {
 
 /// Writes a picture as `how` says: raw; jpeg, a tenth as large; empty: not at all.

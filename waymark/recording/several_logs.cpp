@@ -318,7 +318,7 @@ Status check_one_drive(const std::vector<std::string>& paths,
                       paths[j]),
           {.source = paths[i]},
           "Files that are read together must be of one drive. Map the first lap, then add the other with "
-          "`waymark map SECOND --extend MAP`.");
+          "`waymark map SECOND extend=MAP`.");
     }
   }
   return {};

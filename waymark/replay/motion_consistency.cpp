@@ -495,7 +495,7 @@ std::string to_words(const Contradiction& found) {
     return fmt::format(
         "turns seen by tags follow those of the {} by {:.2f} s: the pictures are stamped too late. Stamp "
         "them "
-        "with the middle of their exposure, or give their delay (--camera-latency-s). Look at the robot, "
+        "with the middle of their exposure, or give their delay (`camera_latency_s`). Look at the robot, "
         "then "
         "resume",
         name_of(found.one), found.late_s);

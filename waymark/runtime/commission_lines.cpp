@@ -271,7 +271,7 @@ bool all_still(const std::vector<MotionReading>& readings) {
 }
 
 std::string mend_of(const MotionReading& reading) {
-  if (reading.origin == "tags") return "camera_mounting, camera_info and --tag-size-m";
+  if (reading.origin == "tags") return "camera_mounting, camera_info and `tag_size_m`";
   if (reading.origin == "wheels")
     return "wheels.radius_m, wheels.track_m, or left_rad and right_rad of the messages";
   return reading.key + " of the robot's messages";
@@ -384,7 +384,7 @@ void miss_tags(const std::vector<MotionReading>& readings, Ground ground, Lines&
   if (ground == Ground::Lifted || without(readings, "tags").size() < readings.size()) return;
   lines.push_back({"tags", V::Warn,
                    "no tag was in view all the while: there is no source but what the robot measures itself",
-                   "a tag ahead of the robot, and --tag-size-m"});
+                   "a tag ahead of the robot, and `tag_size_m`"});
 }
 
 /// In a straight motion both sides turn forward.

@@ -41,7 +41,7 @@ void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
   const bool camera_missing = &stream == &streams_.front() && !stream.heard;
   listener_.on_words(fmt::format(
       "no {} for {:.0f} s: {}", stream.name, options_.silence_s,
-      camera_missing ? "does the robot send them? A camera of this computer is named with --camera-source"
+      camera_missing ? "does the robot send them? A camera of this computer is named with `camera_source`"
                      : "does the robot still run?"));
 }
 

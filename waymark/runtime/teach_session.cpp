@@ -64,7 +64,7 @@ void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* w
   lap_.listener().on_words(fmt::format(
       "no {} for {:.0f} s: {}", what, options_.silence_s,
       camera_missing ? "does the robot send pictures or tags? A camera of this computer is named with "
-                       "--camera-source"
+                       "`camera_source`"
                      : "does the robot still run?"));
 }
 

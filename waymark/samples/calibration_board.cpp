@@ -48,7 +48,7 @@ Status check_board(const CalibrationBoard& board) {
   if (board.columns < least || board.rows < least || board.columns > kMost || board.rows > kMost)
     return wrong(fmt::format("{} x {} {} make no {}", board.columns, board.rows, grid ? "tags" : "squares",
                              to_string(board.kind)),
-                 "cols", fmt::format("Give --cols and --rows of {} to {}.", least, kMost));
+                 "cols", fmt::format("Give `cols` and `rows` of {} to {}.", least, kMost));
   if (!is_length(board.size_m))
     return wrong(fmt::format("the side of a {} is missing", grid ? "tag" : "square"),
                  grid ? "tag_size_m" : "square_size_m", "Measure it on the print, in metres.");

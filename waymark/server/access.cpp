@@ -102,7 +102,7 @@ Status check_token(std::string_view token) {
   if (plain && token.size() >= kLeastToken && token.size() <= kMostToken) return {};
   return fail(ErrorCode::InvalidArgument,
               fmt::format("a token is {} to {} letters, digits, - and _", kLeastToken, kMostToken),
-              {.key = "--token"}, "Leave it out, and one is made.");
+              {.key = "token"}, "Leave it out, and one is made.");
 }
 
 }  // namespace waymark

@@ -548,10 +548,10 @@ Result<HttpServer> HttpServer::listen(ServerOptions options) {
   inside->address = asio::ip::make_address(options.address, error);
   if (error)
     return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no address of the network", options.address),
-                {.key = "--listen"}, "For example 0.0.0.0 for all networks of this machine.");
+                {.key = "listen"}, "For example 0.0.0.0 for all networks of this machine.");
   const bool remote = !inside->address.is_loopback();
   if (remote && options.token.empty())
-    return fail(ErrorCode::InvalidArgument, "a server that others reach needs a token", {.key = "--token"});
+    return fail(ErrorCode::InvalidArgument, "a server that others reach needs a token", {.key = "token"});
   error = inside->bind(options.port);
   if (error && options.port != 0) error = inside->bind(0);
   if (error)

@@ -13,7 +13,10 @@
 
 namespace waymark::cli {
 
-Settings::Settings(CLI::App& app) : app_(app) {
+Settings::Settings(CLI::App& app)
+    : OptionLayers(
+          {.name = "--set", .how_to_write = "Write SECTION.KEY=VALUE; --help-all lists sections and keys."}),
+      app_(app) {
   app.add_option(
          "--config", config_path_,
          "YAML file with options by section and key, as --set names them; --set and flags override it")

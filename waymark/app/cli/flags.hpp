@@ -137,7 +137,7 @@ class OptionFlags {
       if (flags_[i] != nullptr && flags_[i]->count() > 0 && (key.empty() || keys_[i] == key))
         return flags_[i]->get_name();
     }
-    return settings_.first_set(section_, std::string(key));
+    return settings_.first_assignment(section_, std::string(key));
   }
   /// Writes what was given over `options`: the file's, then that of --set, then that of flags. Fails when a
   /// flag is outside its range.

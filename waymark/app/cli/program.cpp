@@ -51,15 +51,42 @@ Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words
   return node;
 }
 
+const Verb* find_verb(const std::vector<Verb>& verbs, std::string_view name) {
+  const auto found = std::ranges::find(verbs, name, &Verb::name);
+  return found == verbs.end() ? nullptr : &*found;
+}
+
+bool asks_for_help(std::string_view word) { return word == "-h" || word == "--help" || word == "--help-all"; }
+
+/// Puts the verb that the words leave out where it belongs: "map lap.mcap" becomes "map lap lap.mcap". Says
+/// which verb that was.
+const Verb* complete(const Verb& program, std::vector<std::string>& words) {
+  const Verb* verb = &program;
+  for (auto word = words.begin();; ++word) {
+    const Verb* next = word == words.end() ? nullptr : find_verb(verb->verbs, *word);
+    if (next == nullptr && verb->usual_verb) {
+      const std::vector<std::string> rest(word, words.end());
+      if (!rest.empty() && std::ranges::all_of(rest, asks_for_help)) return nullptr;
+      next = find_verb(verb->verbs, verb->usual_verb(rest));
+      if (next != nullptr) words.insert(word, next->name);
+      return next;
+    }
+    if (next == nullptr) return nullptr;
+    verb = next;
+  }
+}
+
 /// How far the words lead into the tree of verbs.
 struct Chosen {
   const Node* node = nullptr;
-  std::string name;          ///< "waymark evaluate detections"
+  const Node* parent = nullptr;
+  std::string name;          ///< "waymark evaluate detections", as the user named it
+  std::string full_name;     ///< with the verb that was left out
   std::string unknown_verb;  ///< the word that should have been a verb; empty when there is none
 };
 
-Chosen choose(const Node& root, const std::vector<std::string>& words) {
-  Chosen chosen{&root, root.verb->name, {}};
+Chosen choose(const Node& root, const std::vector<std::string>& words, const Verb* left_out) {
+  Chosen chosen{&root, nullptr, root.verb->name, root.verb->name, {}};
   for (const std::string& word : words) {
     if (chosen.node->children.empty()) break;
     if (word.starts_with('-')) continue;
@@ -70,8 +97,10 @@ Chosen choose(const Node& root, const std::vector<std::string>& words) {
       if (!chosen.node->run) chosen.unknown_verb = word;
       break;
     }
+    chosen.parent = chosen.node;
     chosen.node = &*found;
-    chosen.name += " " + word;
+    chosen.full_name += " " + word;
+    if (found->verb != left_out) chosen.name += " " + word;
   }
   return chosen;
 }
@@ -131,11 +160,25 @@ std::string plain_words(const std::string& words) {
   return words;
 }
 
-/// What a ParseError means, with the nearest known flag where one was misspelt.
-std::string explain(const CLI::ParseError& error, const CLI::App& root, const CLI::App& app) {
+/// The verb beside the chosen one that has the flag, where a line need not name which is meant.
+std::string verb_with(const std::string& flag, const Chosen& chosen) {
+  if (chosen.parent == nullptr || !chosen.parent->verb->usual_verb) return {};
+  for (const Verb& verb : chosen.parent->verb->verbs) {
+    std::set<std::string, std::less<>> flags;
+    collect_flags(verb, flags);
+    const std::string parent = chosen.full_name.substr(0, chosen.full_name.rfind(' '));
+    if (flags.contains(flag)) return parent + " " + verb.name;
+  }
+  return {};
+}
+
+/// What a ParseError means, with the verb that has an unknown flag, or the nearest known flag.
+std::string explain(const CLI::ParseError& error, const CLI::App& root, const Chosen& chosen) {
   const std::string flag = unknown_flag(root);
   if (flag.empty()) return plain_words(error.what());
-  const std::string nearest = nearest_word(flag, flags_of(app));
+  if (const std::string verb = verb_with(flag, chosen); !verb.empty())
+    return fmt::format("unknown flag '{}' of `{}`: it is one of `{}`.", flag, chosen.full_name, verb);
+  const std::string nearest = nearest_word(flag, flags_of(*chosen.node->app));
   return fmt::format("unknown flag '{}'.{}", flag,
                      nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));
 }
@@ -170,14 +213,16 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
   const bool verbose = says(words, "--version") && std::erase(words, "--verbose") > 0;
   app.set_version_flag("--version", program.name + " " WAYMARK_VERSION,
                        "Print the version and stop; with --verbose also compiler, features and libraries");
-  const Node root = grow(program, app, words);
   if (!words.empty() && words.front() == "help") {  // `waymark help detect`
     words.erase(words.begin());
     words.emplace_back("--help");
   }
-  const Chosen chosen = choose(root, words);
+  const bool no_words = words.empty();
+  const Verb* left_out = complete(program, words);
+  const Node root = grow(program, app, words);
+  const Chosen chosen = choose(root, words, left_out);
   Console console(chosen.name, out, err, has_flag_of(program));
-  if (words.empty()) {
+  if (no_words) {
     console.say("no verb given.\n\n" + app.help());
     return ExitCode::Usage;
   }
@@ -199,14 +244,19 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
     console.print(std::string(version.what()) + "\n" + (verbose ? build_details() : ""));
     return console.finish(ExitCode::Ok);
   } catch (const CLI::ParseError& error) {
-    return misused(console, chosen.name, explain(error, app, *chosen.node->app));
+    return misused(console, chosen.full_name, explain(error, app, chosen));
   }
   if (const std::string flag = flag_without_number(*chosen.node->app); !flag.empty())
-    return misused(console, chosen.name, fmt::format("({}): nan is not a number.", flag));
+    return misused(console, chosen.full_name, fmt::format("({}): nan is not a number.", flag));
   return console.finish(chosen.node->run(console));
 }
 
 }  // namespace
+
+bool has_word(const std::vector<std::string>& words, const std::string& flag) {
+  return std::ranges::any_of(
+      words, [&](const std::string& word) { return word == flag || word.starts_with(flag + "="); });
+}
 
 int run_program(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
   ExitCode code = ExitCode::SomeFailed;

@@ -48,6 +48,15 @@ Run prepare_show(CLI::App& app) {
   };
 }
 
+Run prepare_count(CLI::App& app) {
+  const auto last = std::make_shared<int>(0);
+  app.add_option("--up-to", *last, "The last number");
+  return [last](Console& console) {
+    console.print(fmt::format("1 to {}\n", *last));
+    return ExitCode::Ok;
+  };
+}
+
 Run prepare_throw(CLI::App& /*app*/) {
   return [](Console&) -> ExitCode { throw std::runtime_error("from a library"); };
 }
@@ -78,7 +87,13 @@ Outcome run(std::vector<std::string> words, std::FILE* out_or_null = nullptr) {
           {.name = "deep",
            .sentence = "Leads on.",
            .help = "",
-           .verbs = {{.name = "show", .sentence = "S.", .help = "", .prepare = prepare_show}}}}};
+           .verbs = {{.name = "show", .sentence = "S.", .help = "", .prepare = prepare_show}}},
+          {.name = "usual",
+           .sentence = "Reads a line by what it holds.",
+           .help = "",
+           .verbs = {{.name = "show", .sentence = "S.", .help = "", .prepare = prepare_show},
+                     {.name = "count", .sentence = "C.", .help = "", .prepare = prepare_count}},
+           .usual_verb = [](const auto& words) { return has_word(words, "--up-to") ? "count" : "show"; }}}};
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::tmpfile(), std::fclose);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> err(std::tmpfile(), std::fclose);
   Outcome outcome;
@@ -122,6 +137,22 @@ TEST(Program, MisspeltWordsGetTheNearestOne) {
     EXPECT_EQ(outcome.out, "");
     EXPECT_NE(outcome.err, "");
   }
+}
+
+TEST(Program, AVerbThatIsLeftOutIsFoundByTheLine) {
+  EXPECT_EQ(run({"usual", "--count", "3"}).out, "0.5 3 true yes\n");
+  EXPECT_EQ(run({"usual", "--up-to", "5"}).out, "1 to 5\n");
+  EXPECT_EQ(run({"usual", "--up-to=5"}).out, "1 to 5\n");
+  EXPECT_EQ(run({"usual"}).out, run({"show"}).out);
+  EXPECT_EQ(run({"usual", "count", "--up-to", "5"}).out, "1 to 5\n");
+  EXPECT_EQ(
+      run({"usual", "show", "--up-to", "5"}).err,
+      "prog usual show: unknown flag '--up-to' of `prog usual show`: it is one of `prog usual count`. See "
+      "`prog usual show --help`.\n");
+  EXPECT_EQ(run({"usual", "--count", "x"}).err.substr(0, 12), "prog usual: ") << "named as the user named it";
+  EXPECT_THAT(run({"usual", "--help"}).out, HasSubstr("count"));
+  EXPECT_THAT(run({"help", "usual", "count"}).out, HasSubstr("--up-to"));
+  EXPECT_EQ(run({"usual", "--count=2", "--up-to", "5"}).code, 2) << "of two verbs";
 }
 
 TEST(Program, HelpShowsTheFirstGroupAndCountsTheOthers) {

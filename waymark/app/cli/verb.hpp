@@ -17,14 +17,20 @@ namespace waymark::cli {
 using Run = std::function<ExitCode(Console&)>;
 
 /// A word of the command line and what it does: it runs (`prepare`), or leads to further words (`verbs`), or
-/// both, when what follows it is none of those words.
+/// both, when what follows it is none of those words. A line that leaves out which of `verbs` it means is
+/// read as that of `usual_verb`.
 struct Verb {
   std::string name;
   std::string sentence;  ///< in the list of verbs
   std::string help;      ///< at the end of its own --help: an example with its output, exit codes
   std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
   std::vector<Verb> verbs = {};
+  /// Which of `verbs` is meant by a line that names none: its words after this verb ("lap.mcap", "--json").
+  std::function<std::string(const std::vector<std::string>& words)> usual_verb = {};
 };
+
+/// Whether a flag is among the words: "--robot ros2:limo" or "--robot=ros2:limo".
+[[nodiscard]] bool has_word(const std::vector<std::string>& words, const std::string& flag);
 
 /// The `prepare` of a verb whose flags are members of Args: its constructor adds them to the verb.
 template <class Args>

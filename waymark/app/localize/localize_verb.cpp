@@ -126,7 +126,7 @@ Status check_effects(const LocalizeArgs& args) {
 ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   LocalizeJob job = args.job;
   const Result<LocalizationKind> method = parse_localization_method(args.method);
-  if (!method) return console.failed(method.error(), ExitCode::Usage);
+  if (!method) return fail_usage(method.error(), console);
   job.method = *method;
   Status flags = check_effects(args);
   if (flags) flags = args.filter.apply(job.filter);
@@ -147,7 +147,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   job.adapt = !args.no_adapt && !args.filter.given();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
-  if (!inputs) return console.failed(inputs.error(), exit_code_of(inputs.error()));
+  if (!inputs) return fail_with(inputs.error(), console);
   // The robot's file may have said how it moves; what was asked for goes before.
   if (const Status asked = args.filter.apply(inputs->setup.filter); !asked)
     return fail_usage(asked.error(), console);

@@ -10,7 +10,7 @@ ExitCode limo_robot(const LimoRobotWords& args, Console& console) {
   const auto robot = read_named_robot(args.robot_file);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
-  if (!drive) return console.failed(drive.error(), ExitCode::Usage);
+  if (!drive) return fail_usage(drive.error(), console);
   LimoRobotOptions options = args.options;
   options.drive = *drive;
   const Status status = run_limo_robot(*robot, options, standard_wire(console, args.listen_only));

@@ -62,7 +62,7 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
     }
     return [args, run](Console& console) {
       const auto options = args->network.options();
-      if (!options) return console.failed(options.error(), ExitCode::Usage);
+      if (!options) return fail_usage(options.error(), console);
       const auto bus = open_bus(*options);
       if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
       const Status status = run(*args, **bus, console);

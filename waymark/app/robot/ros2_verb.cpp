@@ -21,7 +21,7 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
   auto options = args.network.options("waymark_robot", profile->ros_distro);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
-  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (!options) return fail_usage(options.error(), console);
   if (Status there = use_interface_of(*profile, *options); !there)
     return console.failed(there.error(), ExitCode::Usage);
   const Status status =
@@ -59,9 +59,8 @@ struct RelayArgs {
 
 ExitCode relay(const RelayArgs& args, Console& console) {
   const auto options = args.network.options("waymark_relay");
-  if (!options) return console.failed(options.error(), ExitCode::Usage);
-  if (Status possible = check_relay(args.relay); !possible)
-    return console.failed(possible.error(), ExitCode::Usage);
+  if (!options) return fail_usage(options.error(), console);
+  if (Status possible = check_relay(args.relay); !possible) return fail_usage(possible.error(), console);
   const Status status = run_relay(
       args.relay, *options, [&](const std::string& words) { console.say(words); }, interrupted);
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);

@@ -156,7 +156,7 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   const auto driven = (*robot)->drive(watched(std::move(listener), job.feed, control));
   const Status closed = recorder->close();  // also of a lap that ended badly: what was driven is kept
   const bool hung_up = !driven && control.cancelled();  // the terminal went, and the keys with it
-  if (!driven && driven.error().place.key == "--driver") fresh.discard();  // it cannot drive this robot
+  if (!driven && driven.error().place.key == "driver") fresh.discard();  // it cannot drive this robot
   if (!driven && !hung_up) return tl::unexpected(driven.error());
   fresh.keep();
   if (!closed) return tl::unexpected(closed.error());

@@ -22,7 +22,7 @@ ExitCode view(const ViewArgs& args, Console& console) {
   auto offered = offered_by(args.path, control);
   if (!offered) return console.failed(offered.error(), ExitCode::SomeFailed);
   Result<ServerOptions> options = server_options(args.page, false);
-  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (!options) return fail_usage(options.error(), console);
   tell_of_damage(*offered, control);
   options->offered = std::move(*offered);
   Result<HttpServer> server = HttpServer::listen(std::move(*options));

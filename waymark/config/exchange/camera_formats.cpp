@@ -667,7 +667,7 @@ Result<std::string> to_photonvision_json(const NamedCamera& named,
   const auto* radtan = std::get_if<PinholeRadtan>(&named.camera.projection());
   if (radtan == nullptr)
     return fail(ErrorCode::Unsupported, "PhotonVision has no equidistant lens", {},
-                "Write it as opencv, ros or kalibr, or calibrate with --lens rational8.");
+                "Write it as opencv, ros or kalibr, or calibrate with `lens=rational8`.");
   std::vector<double> d = internal::file_distortion(named.camera);
   if (d.empty()) d.assign(5, 0.0);
   ordered_json json = {

@@ -127,7 +127,7 @@ Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> ta
   ReadMap map{.form = MapForm::Transforms};
   if (!tag_size_m)
     return fail(ErrorCode::InvalidArgument, "transforms do not say how large the tags are",
-                {.source = root.source()}, "Give --tag-size-m, the side of the black square.");
+                {.source = root.source()}, "Give `tag_size_m`, the side of the black square.");
   const Result<YamlCursor> transforms = root.at("transforms");
   if (!transforms) return tl::unexpected(transforms.error());
   for (const YamlCursor& entry : transforms->children()) {
@@ -170,7 +170,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
     ReadMap read{.map = {.tags = std::move(*layout)}, .form = MapForm::Wpilib, .field = field_size_of(text)};
     if (!tag_size_m)
       read.warnings.push_back(
-          fmt::format("layouts do not say how large the tags are: taken as {} m (--tag-size-m says more)",
+          fmt::format("layouts do not say how large the tags are: taken as {} m (`tag_size_m` says more)",
                       kWpilibTagSize_m));
     return read;
   }
@@ -197,7 +197,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
 Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
                               std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
-    return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "--tag-size-m"});
+    return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "tag_size_m"});
   Result<ReadMap> read = read_known(text, source, tag_size_m);
   if (!read || read->form == MapForm::Waymark) return read;
   if (read->map.tags.tags.empty())

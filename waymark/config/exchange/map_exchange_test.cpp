@@ -76,7 +76,7 @@ TEST(MapExchange, SaysWhatIsWrongAndWhere) {
   constexpr const char* kTransform =
       "transforms:\n  - child_frame_id: tag36h11:1\n    transform:\n      translation: {x: 1, y: 2, z: 3}\n"
       "      rotation: {x: 0, y: 0, z: 0, w: 0}\n";
-  EXPECT_THAT(error_of(kTransform), HasSubstr("--tag-size-m"));
+  EXPECT_THAT(error_of(kTransform), HasSubstr("`tag_size_m`"));
   EXPECT_THAT(error_of(kTransform, 0.16), HasSubstr("f.yaml:5"));
   EXPECT_THAT(error_of("transforms:\n  - child_frame_id: base_link\n", 0.16),
               HasSubstr("no tag with a pose"));
@@ -90,7 +90,7 @@ TEST(MapExchange, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(error_of("bodies: 3\n"), HasSubstr("f.yaml"));
   EXPECT_THAT(error_of("id,x,y\n1,0,0\n"), HasSubstr("points"));
   EXPECT_THAT(error_of("nothing: 1\n"), HasSubstr("f.yaml"));
-  EXPECT_THAT(error_of("", -1.0), HasSubstr("--tag-size-m"));
+  EXPECT_THAT(error_of("", -1.0), HasSubstr("(tag_size_m)"));
 }
 
 }  // namespace

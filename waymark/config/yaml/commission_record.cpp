@@ -167,7 +167,7 @@ std::vector<std::string> changes_since(const CommissionRecord& record, const Rob
   number("wheels.radius_m", record.wheel_radius_m, model.wheel_radius_m);
   number("wheels.track_m", record.track_m, model.track_m);
   if (record.robot != ground.robot)
-    changes.push_back(fmt::format("--robot was {}, and is {}", record.robot, ground.robot));
+    changes.push_back(fmt::format("`robot` was {}, and is {}", record.robot, ground.robot));
   else if (record.topics != ground.topics)
     changes.push_back("the profile of its topics has changed");
   return changes;

@@ -26,7 +26,7 @@ struct CommissionRecord {
   bool passed = false;
   std::string date{};                 ///< 2026-11-23
   std::string version{};              ///< of Waymark
-  std::string robot{};                ///< the word --robot of the drive
+  std::string robot{};                ///< the word `robot` of the drive
   std::string topics{};               ///< digest of what maps its topics; empty: it has none
   MotionLimits limits{};              ///< as they were then
   double wheel_radius_m = 0;          ///< as it was then
@@ -37,7 +37,7 @@ struct CommissionRecord {
 
 /// What a commission rests on besides the robot's file.
 struct CommissionGround {
-  std::string robot{};   ///< the word --robot
+  std::string robot{};   ///< the word `robot`
   std::string topics{};  ///< digest_of() what maps the robot's topics; empty: none
 };
 

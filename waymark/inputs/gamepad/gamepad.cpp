@@ -22,7 +22,7 @@ namespace {
 
 /// The functions of SDL that are used here, looked up when first needed: linking SDL brings 36 shared
 /// libraries of windows and sound, with which every start of the program takes 1.6 times the processor time
-/// (medians of `waymark --version` with and without LD_PRELOAD=libSDL2-2.0.so.0 in one run).
+/// (medians of starts that print the version with and without LD_PRELOAD=libSDL2-2.0.so.0 in one run).
 struct Libsdl {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_SDL_MEMBER(name) decltype(&::name) name = nullptr;
@@ -38,7 +38,7 @@ Result<Libsdl> load() {
 #undef WAYMARK_SDL_LOOK_UP
   if (library.missing().empty()) return sdl;
   return fail(ErrorCode::Unsupported, "gamepads need SDL 2: " + library.missing(), {},
-              "Install it: sudo apt install libsdl2-2.0-0; or use --driver keyboard.");
+              "Install it: sudo apt install libsdl2-2.0-0; or use `driver=keyboard`.");
 }
 
 /// The library, loaded by the first call and then kept. Unsupported where it is missing: the error names the
@@ -122,7 +122,7 @@ Result<std::unique_ptr<Gamepad>> open_gamepad() {
     return fail(ErrorCode::Unreadable, std::string("gamepads cannot be used: ") + sdl.SDL_GetError());
   if (SDL_GameController* pad = open_first(sdl)) return std::make_unique<SdlGamepad>(sdl, pad);
   sdl.SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
-  return fail(ErrorCode::NotFound, "no gamepad is plugged in", {}, "Plug one in, or use --driver keyboard.");
+  return fail(ErrorCode::NotFound, "no gamepad is plugged in", {}, "Plug one in, or use `driver=keyboard`.");
 }
 
 }  // namespace waymark
@@ -133,7 +133,7 @@ namespace waymark {
 
 Result<std::unique_ptr<Gamepad>> open_gamepad() {
   return fail(ErrorCode::Unsupported, "this waymark was built without gamepads", {},
-              "Install libsdl2-dev and build again, or use --driver keyboard.");
+              "Install libsdl2-dev and build again, or use `driver=keyboard`.");
 }
 
 }  // namespace waymark

@@ -344,7 +344,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
     internal::spread_by_stretches(lap, *result.mounting);
   if (result.mounting_used && !result.mounting && !stopped)
     return fail(ErrorCode::InvalidArgument, "where the camera sits was not found", {},
-                "--keep-mounting takes the robot's file at its word.");
+                "`keep_mounting` takes the robot's file at its word.");
   weigh_lasting_errors(lap, options, stage(progress, "adjusting"), result);
   if (stopped || !progress("how sure it is", 0, 0)) return internal::stopped_on_request();
 

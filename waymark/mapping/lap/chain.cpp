@@ -132,12 +132,12 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
     return fail(ErrorCode::NotFound,
                 fmt::format("the anchor {} is seen in this lap, but never within {} m", to_string(anchor),
                             options.max_distance_m),
-                {}, "Is the size of the tags right? Otherwise raise --max-distance-m.");
+                {}, "Is the size of the tags right? Otherwise raise `max_distance_m`.");
   }
   if (!shapes.contains(anchor)) {
     return fail(ErrorCode::NotFound,
                 fmt::format("the anchor {} is never seen in this lap", to_string(anchor)), {},
-                "Start and end the lap where the anchor is in view, or choose another with --anchor.");
+                "Start and end the lap where the anchor is in view, or choose another with `anchor`.");
   }
   const auto on_floor = internal::floor_frames(near, shapes, base_T_cam, options.floor);
   const SE3& anchor_shape = shapes.at(anchor);

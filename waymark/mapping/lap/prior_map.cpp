@@ -169,7 +169,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   if (!comparison)
     return fail(ErrorCode::NotFound, "the lap does not fit the map that it should extend: no two tags agree",
                 {},
-                "Is it a lap of this place? `waymark map LAP --prior MAP` maps it by itself and holds it "
+                "Is it a lap of this place? `waymark map LAP prior=MAP` maps it by itself and holds it "
                 "against the map.");
   // Where the anchor of laps still stands both maps are in one frame, and their covariances say how far apart
   // they may be; aligning them by all tags would hide that.

@@ -254,7 +254,7 @@ TEST(TieToPrior, AMapOfAnotherPlaceIsRefusedWithWhatToDo) {
   const auto tied = e.tie();
   ASSERT_FALSE(tied);
   EXPECT_EQ(tied.error().code, ErrorCode::NotFound);
-  EXPECT_THAT(tied.error().hint, HasSubstr("--prior"));
+  EXPECT_THAT(tied.error().hint, HasSubstr("prior=MAP"));
   Extension strangers;
   TagMap renamed;
   for (const auto& [id, tag] : strangers.prior.map.tags) renamed.tags[ring_tag(100 + id.number)] = tag;

@@ -251,7 +251,7 @@ TEST(ExportCsv, OneOfSeveralKindsMustBeNamed) {
   Bytes out;
   const auto several = export_csv(**log, memory_sink(out), {});
   ASSERT_FALSE(several);
-  EXPECT_THAT(several.error().hint, HasSubstr("--kind detections"));
+  EXPECT_THAT(several.error().hint, HasSubstr("`kind=detections`"));
   const auto unknown = export_csv(**log, memory_sink(out), {.kind = "pictures"});
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error().hint, HasSubstr("odometry"));

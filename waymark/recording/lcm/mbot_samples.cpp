@@ -239,7 +239,7 @@ void Samples::note_tag_traps(const TagArray& array) {
               "tags are stamped when they are published: {:.0f} ms are taken off for the middle of the "
               "exposure",
               to_seconds(tag_latency_) * 1e3),
-          "Measure it for another robot and say so: --tag-latency-s.");
+          "Measure it for another robot and say so: `tag_latency_s`.");
     });
   }
   if (count == 0) return;

@@ -114,7 +114,7 @@ Status FrameTree::check_circle(const std::vector<std::string>& way) const {
   if (first == std::prev(way.end())) return {};
   const std::vector<std::string> circle(way.rbegin(), std::make_reverse_iterator(first));
   return no_chain(fmt::format("the transforms go round in a circle: {}", fmt::join(circle, " -> ")),
-                  "Mend the publisher of these transforms, or give the mounting with --robot FILE.");
+                  "Mend the publisher of these transforms, or give the mounting with `robot=FILE`.");
 }
 
 Result<SE3> FrameTree::down(const std::string& ancestor, const std::string& frame) const {
@@ -127,11 +127,10 @@ Result<SE3> FrameTree::down(const std::string& ancestor, const std::string& fram
       return no_chain(
           fmt::format("the transform from '{}' to '{}' cannot be used ({})", link->parent, at, doubts),
           link->changes
-              ? "The camera must not move on the robot. Choose other frames with --base-frame and "
-                "--camera-frame, "
-                "or give the mounting with --robot FILE."
-              : "Choose other frames with --base-frame and --camera-frame, or give the mounting with --robot "
-                "FILE.");
+              ? "The camera must not move on the robot. Choose other frames with `base_frame` and "
+                "`camera_frame`, or give the mounting with `robot=FILE`."
+              : "Choose other frames with `base_frame` and `camera_frame`, or give the mounting with "
+                "`robot=FILE`.");
     ancestor_T_frame = *link->parent_T_child * ancestor_T_frame;
     at = link->parent;
   }
@@ -143,8 +142,8 @@ Result<SE3> FrameTree::chain(const std::string& from, const std::string& to) con
     if (!has(frame))
       return no_chain(
           fmt::format("no transform has the frame '{}'", frame),
-          "Name the frames of the base and of the camera with --base-frame and --camera-frame, or give "
-          "the mounting with --robot FILE.");
+          "Name the frames of the base and of the camera with `base_frame` and `camera_frame`, or give "
+          "the mounting with `robot=FILE`.");
   }
   const std::vector<std::string> of_from = way_up(from);
   const std::vector<std::string> of_to = way_up(to);
@@ -152,8 +151,8 @@ Result<SE3> FrameTree::chain(const std::string& from, const std::string& to) con
   if (meet == of_to.end())
     return no_chain(
         fmt::format("no chain of transforms leads from '{}' to '{}'", from, to),
-        "Record the transforms between them (/tf_static), name other frames with --base-frame and "
-        "--camera-frame, or give the mounting with --robot FILE.");
+        "Record the transforms between them (/tf_static), name other frames with `base_frame` and "
+        "`camera_frame`, or give the mounting with `robot=FILE`.");
   for (const auto* way : {&of_to, &of_from})
     if (Status status = check_circle(*way); !status) return tl::unexpected(status.error());
   const Result<SE3> meet_T_from = down(*meet, from);

@@ -133,7 +133,7 @@ TEST(FrameTree, AnErrorShowsTheTreeWithWhatIsDoubtful) {
   const std::string words = refused(tree, "base", "nowhere");
   EXPECT_THAT(words, HasSubstr("no transform has the frame 'nowhere'"));
   EXPECT_THAT(words, HasSubstr("\n        camera  (moves)\n          optical"));
-  EXPECT_THAT(words, HasSubstr("--base-frame"));
+  EXPECT_THAT(words, HasSubstr("`base_frame`"));
   EXPECT_THAT(refused(FrameTree(), "a", "b"), HasSubstr("there are no transforms"));
 }
 

@@ -486,7 +486,7 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
   if (files.empty() && fs::exists(folder / "map.yaml", ignored))
     return fail(ErrorCode::Unsupported, "this is the folder of a map, and no recording",
                 {.source = folder.string()},
-                "Give the recording that it was made of; a map goes after --map.");
+                "Give the recording that it was made of; a map goes after `map`.");
   if (files.empty())
     return fail(
         ErrorCode::NotFound,

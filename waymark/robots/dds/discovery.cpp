@@ -86,10 +86,10 @@ std::vector<Interface> interfaces_up() {
 }
 
 constexpr const char* kOnlyHere =
-    "; programs restricted to this machine are found with --localhost or ROS_LOCALHOST_ONLY=1";
+    "; programs restricted to this machine are found with `localhost` or ROS_LOCALHOST_ONLY=1";
 /// Such a program may be discovered, but none of its topics.
 constexpr const char* kNoTopics =
-    "; it has none or is restricted to its own machine (--localhost, ROS_LOCALHOST_ONLY), or a firewall is "
+    "; it has none or is restricted to its own machine (`localhost`, ROS_LOCALHOST_ONLY), or a firewall is "
     "between";
 
 /// The process that started this one, by /proc; 0: not known.

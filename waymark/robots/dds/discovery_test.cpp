@@ -83,7 +83,7 @@ TEST(Searched, SaysWhereItWasLookedAndWhatIsThere) {
   EXPECT_NE(searched({}, bus).find(
                 "1 other participant, 0 topics; it has none or is restricted to its own machine"),
             std::string::npos)
-      << "one with --localhost is discovered, but none of its topics";
+      << "one with `localhost` is discovered, but none of its topics";
   bus.others.emplace_back("/another");
   for (int i = 10; i < 30; ++i)
     bus.found.push_back({true, dds_topic("/a" + std::to_string(i), "a/msg/B"), {}, {}});
@@ -109,7 +109,7 @@ TEST(Searched, LeavesOutTheProgramThatThisProcessWasStartedBy) {
 
 TEST(Searched, SaysHowProgramsOfThisMachineAloneAreFound) {
   const std::string words = searched({}, FoundBus());
-  EXPECT_NE(words.find("programs restricted to this machine are found with --localhost"), std::string::npos)
+  EXPECT_NE(words.find("programs restricted to this machine are found with `localhost`"), std::string::npos)
       << words;
 }
 

@@ -76,7 +76,7 @@ Result<SelfDescription> ros_node_description(const std::string& distro, const st
   const auto* known = std::ranges::find(kDistros, distro, &Distro::name);
   if (known == kDistros.end())
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no release '{}' of ROS 2", distro),
-                {.key = "ros-distro"}, suggestion(distro, ros_distros()));
+                {.key = "ros_distro"}, suggestion(distro, ros_distros()));
   const auto bytes = [node, size = known->gid_bytes](const OwnEndpoints& own) {
     Writer out;
     out.gid(own.participant, size);
@@ -202,10 +202,7 @@ Result<BusOptions> bus_options(const RosPlace& place, const std::string& node,
   if (place.domain >= 0) options.domain = place.domain;
   options.localhost_only = options.localhost_only || place.localhost;
   if (!place.interface.empty()) {
-    if (Status there = use_interface(options, place.interface); !there) {
-      there.error().place.key = "--interface";
-      return tl::unexpected(there.error());
-    }
+    if (Status there = use_interface(options, place.interface); !there) return tl::unexpected(there.error());
     options.localhost_only = false;
   }
   if (Status status = show_in_node_list(options, place.distro); !status)

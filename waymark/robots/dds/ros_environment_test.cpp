@@ -72,7 +72,7 @@ TEST(RosEnvironment, APlaceThatIsNamedGoesBeforeIt) {
   EXPECT_TRUE(named->localhost_only);
   const auto nowhere = bus_options({.interface = "no such interface"}, "waymark", environment);
   ASSERT_FALSE(nowhere);
-  EXPECT_EQ(nowhere.error().place.key, "--interface");
+  EXPECT_EQ(nowhere.error().place.key, "interface");
 }
 
 TEST(RosEnvironment, RefusesWhatMakesNoSense) {
@@ -95,8 +95,8 @@ TEST(RosEnvironment, RefusesWhatMakesNoSense) {
   ASSERT_FALSE(keyless);
   EXPECT_EQ(keyless.error().place.key, "ROS_SECURITY_KEYSTORE");
   for (const char* bad : {"", "x", "-1", "1 ", "1x", "99999999999"}) {
-    BusOptions options;
-    EXPECT_EQ(apply_ros_environment(options, of({{"ROS_DOMAIN_ID", bad}})).has_value(), *bad == '\0') << bad;
+    BusOptions other;
+    EXPECT_EQ(apply_ros_environment(other, of({{"ROS_DOMAIN_ID", bad}})).has_value(), *bad == '\0') << bad;
   }
 }
 

@@ -119,7 +119,7 @@ const char* to_string(LimoDrive drive) { return kDriveNames.at(static_cast<std::
 Result<LimoDrive> parse_limo_drive(const std::string& name) {
   const auto* const found = std::ranges::find(kDriveNames, name);
   if (found == kDriveNames.end())
-    return fail(ErrorCode::InvalidArgument, "LIMO has no drive '" + name + "'", {.key = "--drive"},
+    return fail(ErrorCode::InvalidArgument, "LIMO has no drive '" + name + "'", {.key = "drive"},
                 suggestion(name, {kDriveNames.begin(), kDriveNames.end()}));
   return static_cast<LimoDrive>(found - kDriveNames.begin());
 }

@@ -58,10 +58,7 @@ class LimoReader {
   std::uint64_t skipped_ = 0;
 };
 
-}  // namespace waymark
-
-/// What the frames of LIMO say, both ways, in SI units (limo_driver.cpp of AgileX Robotics' limo_ros2).
-namespace waymark {
+// What the frames of LIMO say, both ways, in SI units (limo_driver.cpp of AgileX Robotics' limo_ros2).
 
 /// How its wheels are mounted and latched. With tracks it reports Differential.
 enum class LimoDrive : std::uint8_t { Differential, Ackermann, Mecanum, Tracked };

@@ -144,8 +144,8 @@ class LimoRobot {
                               to_string(state->drive), to_string(options_.drive)),
                   {.source = options_.port},
                   state->drive == LimoDrive::Ackermann
-                      ? "Add --robot-file limo-ackermann, or turn the latches."
-                      : "Add --robot-file limo, or turn the latches.");
+                      ? "Add `robot_file=limo-ackermann`, or turn the latches."
+                      : "Add `robot_file=limo`, or turn the latches.");
     const Duration waited = steady_now() - began_;
     // Nobody has asked LIMO for anything yet, and may wait for the hello before the first command.
     const bool unasked = role_ == InputRole::Unknown && waited >= kUnasked;

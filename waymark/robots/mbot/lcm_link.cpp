@@ -205,7 +205,7 @@ Status no_mbot_at(const std::string& address) {
   return fail(
       ErrorCode::InvalidArgument, "an MBot sends its odometry at this address already" + who,
       {.source = address},
-      "End it, or name another port: udpm://239.255.76.67:7668?ttl=0, and the same in --robot mbot:.");
+      "End it, or name another port: udpm://239.255.76.67:7668?ttl=0, and the same in `robot=mbot:`.");
 }
 
 std::string presence_of(ByteSpan payload) {

@@ -48,12 +48,9 @@ class LcmLink {
 /// Joins the group. Fails where liblcm is missing, or has no network.
 [[nodiscard]] Result<std::unique_ptr<LcmLink>> open_lcm(const std::string& address);
 
-}  // namespace waymark
+// What programs of Waymark say of themselves on LCM, where messages do not tell who sent them.
 
-/// What programs of Waymark say of themselves on LCM, where messages do not tell who sent them.
-namespace waymark {
-
-/// A simulated MBot (`waymark robot-sim --mbot`), and who drives.
+/// A simulated MBot (`waymark robot-sim mbot=true`), and who drives.
 inline constexpr const char* kSimulatorChannel = "WAYMARK_SIMULATOR";
 inline constexpr const char* kDriverChannel = "WAYMARK_DRIVER";
 

@@ -41,8 +41,8 @@ Status SenderWatch::alone(const std::string& where, const std::string& who, cons
               fmt::format("another program commands this robot{}: {} commands in {:.1f} s",
                           who.empty() ? "" : ", " + who, commands_, to_seconds(listen_)),
               {.source = where},
-              fmt::format("End it. Where both are meant to drive: --robot \"process:waymark {} "
-                          "--share-commands\" --robot-file NAME.",
+              fmt::format("End it. Where both are meant to drive: `robot=\"process:waymark {} "
+                          "--share-commands\"` `robot_file=NAME`.",
                           start));
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,6 +72,49 @@ std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
 }
 
 using nlohmann::json;
+
+/// The keys of one line, taken one after the other; the first mistake is kept, and everything after it is
+/// zero.
+class MessageFields {
+ public:
+  MessageFields(RobotMessageReader& reader, const json& object, std::string type, std::int64_t line);
+
+  [[nodiscard]] double number(const char* key, double least, double most);
+  [[nodiscard]] double number_or(const char* key, double least, double most, double otherwise);
+  [[nodiscard]] std::int64_t integer(const char* key, std::int64_t least, std::int64_t most);
+  [[nodiscard]] std::string text(const char* key, bool needed = true);
+  [[nodiscard]] bool flag_or_false(const char* key);
+  /// stamp_s or stamp_ns; no stream goes back. Each camera is a stream of its own.
+  [[nodiscard]] SensorTime stamp(const std::string& camera = {});
+  /// The camera of a line: where none is named, the only one. What cannot be told, and a name that the robot
+  /// does not have, leaves the line out.
+  [[nodiscard]] std::string camera();
+  /// Numbers; null is not a number, where `holes` are allowed.
+  [[nodiscard]] std::vector<double> numbers(const char* key, std::size_t most, bool holes = false);
+  [[nodiscard]] const json* array(const char* key, std::size_t most);
+  [[nodiscard]] bool has(const char* key);
+
+  void wrong(const std::string& key, const std::string& words, const std::string& hint = {});
+  /// The line is understood, what it brings cannot be used: it is said, counted and left out.
+  void leave_out(std::string words) { left_out_ = std::move(words); }
+  [[nodiscard]] bool of_unknown_camera() const { return unknown_camera_; }
+  [[nodiscard]] const std::string& left_out() const { return left_out_; }
+  /// Says the keys that nobody took; the first mistake, if there was one.
+  [[nodiscard]] Status finish();
+
+ private:
+  [[nodiscard]] const json* find(const char* key, bool needed);
+  [[nodiscard]] double checked(const json& value, const char* key, double least, double most);
+
+  RobotMessageReader& reader_;
+  const json& object_;
+  std::string type_;
+  std::int64_t line_;
+  std::set<std::string> taken_{"type"};
+  Status status_{};
+  std::string left_out_{};
+  bool unknown_camera_ = false;
+};
 
 MessageFields::MessageFields(RobotMessageReader& reader, const json& object, std::string type,
                              std::int64_t line)
@@ -213,8 +257,6 @@ Status MessageFields::finish() {
 
 namespace {
 
-using nlohmann::json;
-
 constexpr double kFarthest_m = 1e6;
 
 TagId id_of(MessageFields& fields, const json& tag) {
@@ -235,8 +277,7 @@ std::vector<double> entries(const json& object, const char* key, std::size_t cou
   return numbers.size() == count ? numbers : std::vector<double>();
 }
 
-}  // namespace
-
+/// A tag of a line `detections`. What is wrong with it is said to the fields.
 TagDetection detection_of(MessageFields& fields, const json& tag) {
   TagDetection detection;
   const json none;
@@ -265,6 +306,7 @@ TagDetection detection_of(MessageFields& fields, const json& tag) {
   return detection;
 }
 
+/// A tag of a line `tag_poses`; likewise.
 SeenTagPose tag_pose_of(MessageFields& fields, const json& tag) {
   const TagId id = id_of(fields, tag);
   const std::vector<double> at = entries(tag, "position_m", 3);
@@ -278,10 +320,6 @@ SeenTagPose tag_pose_of(MessageFields& fields, const json& tag) {
   return near && rotation ? SeenTagPose{id, SE3(*rotation, Eigen::Vector3d(at[0], at[1], at[2]))}
                           : SeenTagPose{id, {}};
 }
-
-namespace {
-
-using nlohmann::json;
 
 constexpr double kFar_m = 1e6;
 constexpr double kFast = 100;

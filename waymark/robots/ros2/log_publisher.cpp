@@ -76,7 +76,7 @@ Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, 
                   fmt::join(programs, ", ")),
       {.source = "ROS 2"},
       "Recorded and live messages would be taken for those of one robot. End that program, name other "
-      "topics with --topics, or set another ROS_DOMAIN_ID.");
+      "topics with `topics`, or set another ROS_DOMAIN_ID.");
 }
 
 /// The type that subscriptions of the topic have, where none has the recorded one.

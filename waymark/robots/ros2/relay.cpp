@@ -96,14 +96,14 @@ std::string words_of(const RelayCounts& counts) {
 }
 
 Status check_relay(const RelayOptions& options) {
-  for (const auto& [key, topic] : {std::pair("--from", options.from), std::pair("--to", options.to)})
+  for (const auto& [key, topic] : {std::pair("from", options.from), std::pair("to", options.to)})
     if (!is_topic_name(topic))
       return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name of a topic", topic), {.key = key},
                   "Letters, digits and underscores, with slashes between them: /waymark/cmd_vel.");
   if (dds_topic(options.from, ros2::Twist::kType).topic == dds_topic(options.to, ros2::Twist::kType).topic)
     return fail(ErrorCode::InvalidArgument,
-                "--from and --to name the same topic: the relay would repeat its own commands for ever",
-                {.key = "--to"}, "Name two topics, for example --from /waymark/cmd_vel --to /cmd_vel.");
+                "`from` and `to` name the same topic: the relay would repeat its own commands for ever",
+                {.key = "to"}, "Name two topics, for example `from=/waymark/cmd_vel` `to=/cmd_vel`.");
   return {};
 }
 

@@ -33,7 +33,7 @@ SensorTime wall_clock() {
 }
 
 constexpr const char* kNothingArrives =
-    "it is offered, but nothing arrives: is its program restricted to its own machine (--localhost, "
+    "it is offered, but nothing arrives: is its program restricted to its own machine (`localhost`, "
     "ROS_LOCALHOST_ONLY), or a firewall between? ";
 
 class Ros2Robot {
@@ -195,7 +195,7 @@ class Ros2Robot {
         profile_.detections_topic.empty())
       talk_.say_once(
           "the profile names no topic of pictures or tags (image_topic, compressed_image_topic, "
-          "detections_topic): the robot is placed only by a camera of this computer (--camera-source)");
+          "detections_topic): the robot is placed only by a camera of this computer (`camera_source`)");
     if (!profile_.stops_by_itself && !listens_)
       talk_.say_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "

@@ -12,6 +12,7 @@
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/dds/ros_names.hpp"
 
+/// First aid on a network of ROS 2: what is there, what it says, how often.
 namespace waymark {
 
 /// The fields of a message in plain little-endian CDR as lines "name: value", indented as `ros2 topic echo`
@@ -19,11 +20,6 @@ namespace waymark {
 /// definition is not known here, and on bytes that end too early.
 [[nodiscard]] Result<std::string> message_text(std::string_view type, std::span<const std::uint8_t> cdr,
                                                std::size_t most_elements = 12);
-
-}  // namespace waymark
-
-/// First aid on a network of ROS 2: what is there, what it says, how often.
-namespace waymark {
 
 /// A topic and who uses it.
 struct TopicListing {

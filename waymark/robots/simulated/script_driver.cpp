@@ -13,7 +13,7 @@ Result<std::unique_ptr<LapDriver>> ScriptDriver::make(const SimulatedSetup& setu
   const auto path = sample_path(setup.world.path_m, setup.world.path_closed, kPathStep_m);
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "a script needs to know the world and its line",
-                {.key = "--driver"}, "Give --world, or let a person drive: --driver keyboard or gamepad.");
+                {.key = "driver"}, "Give `world`, or let a person drive: `driver=keyboard` or gamepad.");
   return std::make_unique<ScriptDriver>(ScriptedDriver(path, setup.world.path_closed,
                                                        DriverOptions{.speed_m_s = speed_m_s},
                                                        Random(setup.robot.seed + kScriptSeed)));
@@ -34,7 +34,7 @@ Result<DriverDecision> ScriptDriver::drive(Duration uptime, SensorTime now) {
     constexpr Duration kPatience = std::chrono::seconds(5);
     if (uptime > kPatience)
       return fail(ErrorCode::NotFound, "the robot does not say where it truly is, so no script can drive it",
-                  {.key = "--driver"}, "Let a person drive: --driver keyboard or gamepad.");
+                  {.key = "driver"}, "Let a person drive: `driver=keyboard` or gamepad.");
     return DriverDecision{};
   }
   const VelocityCommand command = script_.drive(*map_T_base_, sees_ ? SensorTime(uptime) : now);
