@@ -34,7 +34,7 @@ def closure(root, doors):
 
 
 def is_internal(root, header):
-    if re.match(r"waymark/app/(live|cli)/", header):
+    if re.match(r"waymark/app/(live|cli|commission|doctor|robot|session|teach|view)/", header):
         return True
     folder = (root / header).parent
     while folder != root and not (folder / "CMakeLists.txt").exists():

@@ -27,7 +27,9 @@ struct Place {
   std::string source = {};                ///< file path or other name of the input
   std::optional<std::int64_t> line = {};  ///< 1-based line of a text file
   std::optional<std::int64_t> byte = {};  ///< 0-based offset in a binary file
-  std::string key = {};                   ///< dotted key of a configuration value
+  /// Dotted key of a value in the source; without a source the field of an option or job struct. A field
+  /// that names what the source lacks stands between backticks beside it: "map (`route`)".
+  std::string key = {};
 
   friend bool operator==(const Place&, const Place&) = default;
 };

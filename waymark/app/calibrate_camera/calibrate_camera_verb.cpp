@@ -107,7 +107,7 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
                                               .page = args.page},
                                              control)
                           : calibrate_camera(planned->job, planned->target, planned->finder, control);
-  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   const Status written = write_camera_calibration(planned->job, *report);
   if (!written) return console.failed(written.error(), ExitCode::SomeFailed);

@@ -217,29 +217,27 @@ ExitCode Console::finish(ExitCode code) {
   return failed && interrupted() ? ExitCode::Interrupted : code;
 }
 
-Error naming_flag(Error error) {
-  if (error.place.source.empty() && !error.place.key.empty() && !error.place.key.starts_with('-'))
-    error.place.key = flag_name(error.place.key);
+Error naming_flag(Error error, const HasFlag& has_flag) {
+  if (!error.place.source.empty() || error.place.key.empty() || !has_flag) return error;
+  if (std::string flag = flag_name(error.place.key); has_flag(flag)) error.place.key = std::move(flag);
   return error;
 }
 
 ExitCode exit_code_of(const Error& error) {
-  const bool given_wrong = error.place.key.starts_with("--") || error.place.source == "environment";
-  return given_wrong ? ExitCode::Usage : ExitCode::SomeFailed;
+  const Place& place = error.place;
+  const bool is_field = !place.key.empty() && (place.source.empty() || place.key.front() == '`');
+  return is_field || place.source == "environment" ? ExitCode::Usage : ExitCode::SomeFailed;
 }
 
 ExitCode fail_with(const Error& error, Console& console) {
-  const Error named = naming_flag(error);
-  return console.failed(named, exit_code_of(named));
+  return console.failed(error, exit_code_of(error));
 }
 
 ExitCode fail_by_kind(const Error& error, Console& console) {
   return error.code == ErrorCode::InvalidArgument ? fail_usage(error, console) : fail_with(error, console);
 }
 
-ExitCode fail_usage(const Error& error, Console& console) {
-  return console.failed(naming_flag(error), ExitCode::Usage);
-}
+ExitCode fail_usage(const Error& error, Console& console) { return console.failed(error, ExitCode::Usage); }
 
 JobControl control_from(Console& console) {
   JobControl control;

@@ -33,6 +33,10 @@ void interrupt();
 /// numbers only (ids of tags are numbers). In the order of the first of each kind.
 [[nodiscard]] std::vector<std::string> folded_warnings(const std::vector<std::string>& warnings);
 
+/// The error of a field as people type it: "(--tag-size-m): ...". Keys in a file, and what the program has no
+/// flag for, stay as they are.
+[[nodiscard]] Error naming_flag(Error error, const HasFlag& has_flag);
+
 /// What the program tells its caller.
 enum class ExitCode : std::uint8_t {
   Ok = 0,            ///< all inputs processed, whatever was found in them
@@ -55,7 +59,8 @@ class Console {
   void print_help(std::string_view text);
   /// One line of words: "waymark detect: words".
   void say(std::string_view words);
-  void say(const Error& error) { say(to_string(error)); }
+  /// The same of an error, whose field is named as the flag that sets it (naming_flag()).
+  void say(const Error& error) { say(to_string(naming_flag(error, has_flag_))); }
   /// Says it, and gives back the code: `return console.failed(error, ExitCode::Usage);`
   [[nodiscard]] ExitCode failed(const Error& error, ExitCode code) {
     say(error);
@@ -98,22 +103,18 @@ class Console {
 
 // How a verb fails: which words, and which exit code.
 
-/// The error with the flag that sets its key, as people type it: "(--tag-size-m): …". One with a place in a
-/// file stays as it is.
-[[nodiscard]] Error naming_flag(Error error);
-
-/// 2 for what the command line or the environment says (the error's key is a flag, its source is
-/// "environment"), 1 for a file that is not usable or could not be written. Console::finish() makes 130 of
-/// both after Ctrl-C.
+/// 2 for what the command line or the environment says (the error's key is a field: there is no source, or
+/// it is between backticks; or the source is "environment"), 1 for a file that is not usable or could not be
+/// written. Console::finish() makes 130 of both after Ctrl-C.
 [[nodiscard]] ExitCode exit_code_of(const Error& error);
 
-/// Says the error with its flag, and gives back its exit code.
+/// Says the error, and gives back its exit code.
 [[nodiscard]] ExitCode fail_with(const Error& error, Console& console);
 
-/// Says the error with its flag: of what makes no sense (InvalidArgument) 2, else as fail_with().
+/// Says the error: of what makes no sense (InvalidArgument) 2, else as fail_with().
 [[nodiscard]] ExitCode fail_by_kind(const Error& error, Console& console);
 
-/// Says the error with its flag: the command line makes no sense.
+/// Says the error: the command line makes no sense.
 [[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
 
 /// A job's progress and notes go to the console, and Ctrl-C cancels it.

@@ -31,23 +31,51 @@ TEST(FoldedWarnings, FewAreSaidAsTheyAre) {
   EXPECT_EQ(folded_warnings({"-1.5", "", "x"}), (std::vector<std::string>{"-1.5", "", "x"}));
 }
 
+std::string named(const Place& place) {
+  const auto has_flag = [](std::string_view flag) { return flag == "--tag-size-m"; };
+  return naming_flag({ErrorCode::InvalidArgument, "m", place, {}}, has_flag).place.key;
+}
+
 TEST(NamingFlag, SpeaksAsPeopleType) {
-  EXPECT_EQ(to_string(naming_flag({ErrorCode::InvalidArgument, "too big", {.key = "tag_size_m"}, {}})),
-            "(--tag-size-m): too big");
-  EXPECT_EQ(naming_flag({ErrorCode::InvalidArgument, "m", {}, {}}).place.key, "");
-  EXPECT_EQ(naming_flag({ErrorCode::InvalidArgument, "m", {.key = "--per-page"}, {}}).place.key,
-            "--per-page");
+  EXPECT_EQ(named({.key = "tag_size_m"}), "--tag-size-m");
+  EXPECT_EQ(named({}), "");
+  EXPECT_EQ(named({.key = "--set follower.reach_m=9"}), "--set follower.reach_m=9");
+  EXPECT_EQ(naming_flag({ErrorCode::InvalidArgument, "m", {.key = "tag_size_m"}, {}}, {}).place.key,
+            "tag_size_m")
+      << "no flags are known";
 }
 
-TEST(NamingFlag, LeavesAPlaceInAFileAsItIs) {
-  const Error error =
-      naming_flag({ErrorCode::InvalidArgument, "m", {.source = "a.yaml", .key = "tag_size_m"}, {}});
-  EXPECT_EQ(error.place.key, "tag_size_m");
+TEST(NamingFlag, LeavesKeysThatAreNoFlagsAsTheyAre) {
+  EXPECT_EQ(named({.source = "a.yaml", .key = "tag_size_m"}), "tag_size_m") << "a key of the file";
+  EXPECT_EQ(named({.key = "fx"}), "fx");
+  EXPECT_EQ(named({.key = "tag36h11:3"}), "tag36h11:3");
 }
 
-TEST(ExitCodeOf, IsUsageWhereAFlagIsWrongAndFailureWhereAFileIs) {
-  EXPECT_EQ(exit_code_of({ErrorCode::InvalidArgument, "m", {.key = "--laps"}, {}}), ExitCode::Usage);
-  EXPECT_EQ(exit_code_of({ErrorCode::Unreadable, "m", {.source = "lap.mcap"}, {}}), ExitCode::SomeFailed);
+TEST(ExitCodeOf, IsUsageWhereAFieldIsWrongAndFailureWhereAFileIs) {
+  const auto code = [](const Place& place) {
+    return exit_code_of({ErrorCode::InvalidArgument, "m", place, {}});
+  };
+  EXPECT_EQ(code({.key = "laps"}), ExitCode::Usage);
+  EXPECT_EQ(code({.key = "--set follower.reach_m=9"}), ExitCode::Usage);
+  EXPECT_EQ(code({.source = "map", .key = "`route`"}), ExitCode::Usage);
+  EXPECT_EQ(code({.source = "environment", .key = "ROS_DOMAIN_ID"}), ExitCode::Usage);
+  EXPECT_EQ(code({.source = "robot.yaml", .key = "limits.speed_m_s"}), ExitCode::SomeFailed);
+  EXPECT_EQ(code({.source = "lap.mcap"}), ExitCode::SomeFailed);
+  EXPECT_EQ(code({}), ExitCode::SomeFailed);
+}
+
+TEST(Console, SaysFieldsAsFlags) {
+  const auto has_flag = [](std::string_view flag) { return flag == "--route" || flag == "--map"; };
+  std::FILE* err = std::tmpfile();
+  ASSERT_NE(err, nullptr);
+  Console console("waymark x", stdout, err, has_flag);
+  console.say(Error{ErrorCode::NotFound, "none", {.source = "map", .key = "`route`"}, "Give `map`."});
+  console.say(Error{ErrorCode::NotFound, "none", {.key = "route"}, {}});
+  std::rewind(err);
+  std::string said(200, '\0');
+  said.resize(std::fread(said.data(), 1, said.size(), err));
+  std::fclose(err);
+  EXPECT_EQ(said, "waymark x: map (--route): none. Give --map.\nwaymark x: (--route): none\n");
 }
 
 }  // namespace

@@ -57,8 +57,9 @@ std::string Settings::keys_text() const {
 }
 
 GivenFlags given_on(const CLI::App& app) {
-  return [&app](const char* flag) {
-    const CLI::Option* option = app.get_option_no_throw(flag);
+  return [&app](const char* field) {
+    const std::string name = field;
+    const CLI::Option* option = app.get_option_no_throw(name.starts_with('-') ? name : flag_name(name));
     return option != nullptr && option->count() > 0;
   };
 }

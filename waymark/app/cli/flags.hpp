@@ -206,10 +206,10 @@ template <HasFields Options>
 /// Why the option lag_s of a filter is refused where the filter is not a smoother.
 inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
 
-/// Which flags are on the command line.
+/// Which fields have their flag on the command line; a flag may also be named as it is typed, "--no-refine".
 [[nodiscard]] GivenFlags given_on(const CLI::App& app);
 
-/// Flags and options that have no effect on what is given, refused one after the other: the first that is on
+/// Fields and options that have no effect on what is given, refused one after the other: the first that is on
 /// the command line is the error.
 class Refusals : public FlagRefusals {
  public:

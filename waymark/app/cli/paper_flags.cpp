@@ -21,8 +21,7 @@ Status check_tag_size(const CLI::Option& tag_size, bool given) {
 
 ExitCode PaperFlags::fail_writing(const Error& error, Console& console) {
   if (interrupted()) return ExitCode::Interrupted;
-  return console.failed(naming_flag(error),
-                        error.code == ErrorCode::Unwritable ? ExitCode::SomeFailed : ExitCode::Usage);
+  return console.failed(error, error.code == ErrorCode::Unwritable ? ExitCode::SomeFailed : ExitCode::Usage);
 }
 
 }  // namespace waymark::cli

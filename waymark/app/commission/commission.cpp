@@ -45,8 +45,8 @@ Result<std::string> typed_line(const std::function<bool()>& cancelled) {
     if (poll(&ready, 1, kSlice_ms) <= 0) continue;
     char typed = 0;
     if (read(STDIN_FILENO, &typed, 1) != 1)
-      return fail(ErrorCode::InvalidArgument, "nobody answers at standard input", {.key = "--yes"},
-                  "Give --yes where no person is there, and the robot is where it may drive.");
+      return fail(ErrorCode::InvalidArgument, "nobody answers at standard input", {.key = "yes"},
+                  "Give `yes` where no person is there, and the robot is where it may drive.");
     if (typed == '\n') return line;
     line += typed;
   }
@@ -215,7 +215,7 @@ Status FirstDrive::drive_on_floor() {
 
 using V = CommissionVerdict;
 
-constexpr const char* kNoPerson = "a person at the terminal (leave --yes out)";
+constexpr const char* kNoPerson = "a person at the terminal (leave `yes` out)";
 
 /// A folder that is removed with all that is in it.
 class ScratchFolder {
@@ -486,9 +486,12 @@ Result<CommissionReport> commission(const RobotSetup& setup, const CommissionJob
   report.interrupted = control.cancelled();
   if (report.interrupted) return report;
   if (!done) {
-    const Error& error = done.error();
-    const bool of_message = !error.place.key.empty() && !error.place.key.starts_with("--");
+    Error error = done.error();
+    const std::vector<std::string> fields = field_names<CommissionJob>();
+    const bool of_job = std::ranges::find(fields, error.place.key) != fields.end();
+    const bool of_message = !error.place.key.empty() && !of_job;
     if (report.findings.empty() && !of_message) return tl::unexpected(error);
+    if (of_job) error.place.key = fmt::format("`{}`", error.place.key);  // in words
     report.findings.push_back(
         {"end",
          {of_message ? error.place.key : "drive", CommissionVerdict::Fail, to_string(error),

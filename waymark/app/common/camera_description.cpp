@@ -34,8 +34,8 @@ Result<double> parse_size_m(const std::string& text, const std::string& whole) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), size_m);
   if (error == std::errc() && end == text.data() + text.size() && is_tag_size(size_m)) return size_m;
   return fail(
-      ErrorCode::InvalidArgument, fmt::format("'{}' is not a size in metres", whole), {.key = "--tag-size-m"},
-      "Measure the side of the square where black border meets white, for example --tag-size-m 0.16.");
+      ErrorCode::InvalidArgument, fmt::format("'{}' is not a size in metres", whole), {.key = "tag_size_m"},
+      "Measure the side of the square where black border meets white, for example `tag_size_m=0.16`.");
 }
 
 }  // namespace
@@ -113,12 +113,12 @@ Status scale(const std::string& size, DescribedCamera& camera) {
   const auto wanted = parse_size(size);
   if (!wanted)
     return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no size of a picture", size),
-                {.key = "--camera-size"}, "Give width and height in pixels: 1280x720.");
+                {.key = "camera_size"}, "Give width and height in pixels: 1280x720.");
   const double x = static_cast<double>(wanted->first) / camera.camera.width_px();
   const double y = static_cast<double>(wanted->second) / camera.camera.height_px();
   Result<CameraModel> scaled = scaled_camera(camera.camera, wanted->first, wanted->second);
   if (!scaled) {
-    scaled.error().place = {.key = "--camera-size"};
+    scaled.error().place = {.key = "camera_size"};
     return tl::unexpected(scaled.error());
   }
   camera.camera = *scaled;
@@ -148,13 +148,13 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
   const bool named = !camera.name.empty();
   if (camera.file.empty() && (named || !camera.size.empty()))
     return fail(ErrorCode::InvalidArgument, "no file is given in which this camera is described",
-                {.key = named ? "--camera-name" : "--camera-size"},
-                "Give --camera camera.yaml and --tag-size-m 0.16, or leave it out.");
+                {.key = named ? "camera_name" : "camera_size"},
+                "Give `camera=camera.yaml` and `tag_size_m=0.16`, or leave it out.");
   if (camera.file.empty() && tag_sizes.empty()) return std::optional<PoseSetup>();
   if (camera.file.empty() || tag_sizes.empty()) {
     return fail(ErrorCode::InvalidArgument, "poses need both the camera and the size of the tags",
-                {.key = camera.file.empty() ? "--camera" : "--tag-size-m"},
-                "Give --camera camera.yaml and --tag-size-m 0.16 (the side of the black square in metres).");
+                {.key = camera.file.empty() ? "camera" : "tag_size_m"},
+                "Give `camera=camera.yaml` and `tag_size_m=0.16` (the side of the black square in metres).");
   }
   Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
   if (!sizes) return tl::unexpected(sizes.error());
@@ -171,7 +171,7 @@ Status check_picture_size(const CameraModel& camera, int width_px, int height_px
   if (scales)
     fits.error().hint = fmt::format(
         "Calibrate at the resolution in use; or, where both show the same field of view, scale the "
-        "calibration: --camera-size {}x{}.",
+        "calibration: `camera_size={}x{}`.",
         width_px, height_px);
   return fits;
 }

@@ -84,7 +84,7 @@ struct DescribedCamera {
   double readout_s = 0;  ///< of a rolling shutter, first row to last, negative from the bottom; 0: global
 };
 
-/// Reads the file. Errors name the flag at fault (--camera-size), or the file.
+/// Reads the file. Errors name the field at fault (camera_size), or the file.
 [[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
 
 /// What poses need, of a camera and sizes as parse_tag_sizes() has them; nothing where neither is given.

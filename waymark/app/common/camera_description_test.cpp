@@ -53,7 +53,7 @@ TEST(ParseTagSizes, WhatIsNoSizeNamesTheFlagAndTheWord) {
     EXPECT_FALSE(sizes.error().message.empty());
   }
   const auto error = parse_tag_sizes({"7=large"}).error();
-  EXPECT_EQ(error.place.key, "--tag-size-m");
+  EXPECT_EQ(error.place.key, "tag_size_m");
   EXPECT_THAT(error.message, HasSubstr("7=large"));
 }
 
@@ -131,9 +131,9 @@ TEST_F(Described, PosesNeedItAndTheSizeOfTheTags) {
   EXPECT_EQ((*poses)->camera, camera_);
   EXPECT_EQ((*poses)->sizes.default_size_m, 0.16);
   EXPECT_FALSE(described_poses({}, {}).value()) << "no pose was asked for";
-  EXPECT_THAT(to_string(described_poses(said_, {}).error()), HasSubstr("(--tag-size-m): poses need both"));
-  EXPECT_THAT(to_string(described_poses({}, {"0.16"}).error()), HasSubstr("(--camera): poses need both"));
-  EXPECT_THAT(to_string(described_poses({.name = "left"}, {"0.16"}).error()), HasSubstr("(--camera-name)"));
+  EXPECT_THAT(to_string(described_poses(said_, {}).error()), HasSubstr("(tag_size_m): poses need both"));
+  EXPECT_THAT(to_string(described_poses({}, {"0.16"}).error()), HasSubstr("(camera): poses need both"));
+  EXPECT_THAT(to_string(described_poses({.name = "left"}, {"0.16"}).error()), HasSubstr("(camera_name)"));
 }
 
 TEST_F(Described, IsScaledWhenAsked) {
@@ -165,7 +165,7 @@ TEST_F(Described, ItsDeviationsAreScaledToo) {
 TEST_F(Described, WhatIsNoSizeIsNamed) {
   for (const char* size : {"1280", "x", "1280x", "1280x-960", "1280x960px", "0x0", "axb", "99999999999x1"}) {
     said_.size = size;
-    EXPECT_THAT(refusal(), HasSubstr("--camera-size")) << size;
+    EXPECT_THAT(refusal(), HasSubstr("(camera_size)")) << size;
     EXPECT_THAT(refusal(), HasSubstr("1280x720")) << size;
   }
   said_.size = "1280x720";
@@ -179,10 +179,10 @@ TEST_F(Described, PicturesOfAnotherSizeAreRefusedWithAWayOut) {
   const Status twice = check_picture_size(camera_, 1280, 960);
   ASSERT_FALSE(twice);
   EXPECT_EQ(twice.error().code, ErrorCode::Unsupported);
-  EXPECT_THAT(to_string(twice.error()), HasSubstr("--camera-size 1280x960"));
+  EXPECT_THAT(to_string(twice.error()), HasSubstr("`camera_size=1280x960`"));
   const Status cropped = check_picture_size(camera_, 1280, 720);
   ASSERT_FALSE(cropped);
-  EXPECT_THAT(to_string(cropped.error()), ::testing::Not(HasSubstr("--camera-size")));
+  EXPECT_THAT(to_string(cropped.error()), ::testing::Not(HasSubstr("camera_size")));
 }
 
 }  // namespace

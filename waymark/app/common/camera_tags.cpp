@@ -69,7 +69,7 @@ Status check_job(const ConvertVideoJob& job) {
   std::error_code ignored;
   if (std::filesystem::path(job.output).extension() != ".mcap")
     return fail(ErrorCode::InvalidArgument, "a video becomes a recording of its tags", {.source = job.output},
-                "End the name in .mcap; `waymark detect --json` writes the tags as text.");
+                "End the name in .mcap; `waymark detect json=true` writes the tags as text.");
   if (std::filesystem::exists(job.output, ignored))
     return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
                 "A recording is never overwritten: choose another name or remove it.");

@@ -133,7 +133,7 @@ class ReportReader {
   void refuse(const char* key, const std::string& why) {
     if (!status_) return;
     place_.key = path_.empty() ? key : fmt::format("{}.{}", path_, key);
-    status_ = fail(ErrorCode::Unreadable, why, place_, "Expected what `waymark detect --json` writes.");
+    status_ = fail(ErrorCode::Unreadable, why, place_, "Expected what `waymark detect json=true` writes.");
   }
   [[nodiscard]] const Status& status() const { return status_; }
 
@@ -231,7 +231,7 @@ Result<std::vector<PictureReport>> parse_reports(std::string_view text, const st
     const json object = json::parse(line, nullptr, false);
     if (!object.is_object()) {
       return fail(ErrorCode::Unreadable, "is not a JSON object", place,
-                  "Expected one object a line, as `waymark detect --json` writes.");
+                  "Expected one object a line, as `waymark detect json=true` writes.");
     }
     auto report = read_report(object, place);
     if (!report) return tl::unexpected(report.error());
@@ -425,7 +425,7 @@ Result<TagFinder> described_finder(DetectorOptions options, const RefinementOpti
   for (const std::string& name : families) {
     auto id = parse_family(name);
     if (id) continue;
-    id.error().place.key = "--family";
+    id.error().place.key = "family";
     return tl::unexpected(std::move(id.error()));
   }
   if (!families.empty()) options.families = families;

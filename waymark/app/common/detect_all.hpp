@@ -35,11 +35,11 @@ struct PictureReport {
   std::optional<Error> error = {};  ///< something failed for this picture; the rest holds as far as it goes
 };
 
-/// The object of one picture; its keys are the contract of `waymark detect --json` (docs/reference/cli.md).
+/// The object of one picture; its keys are the contract of the JSON output of detect (docs/reference/cli.md).
 /// Corners are rounded to 1e-6 px.
 [[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, bool with_covariance);
 
-/// Reads back what `waymark detect --json` wrote, one object a line; unknown keys are ignored, blank lines
+/// Reads back what `waymark detect` wrote as JSON, one object a line; unknown keys are ignored, blank lines
 /// skipped. The error names the line and the key. Fails also on JSON that
 /// is nested deeper than YamlLimits allows.
 [[nodiscard]] Result<std::vector<PictureReport>> parse_reports(std::string_view text,

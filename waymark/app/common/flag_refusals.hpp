@@ -9,16 +9,16 @@
 
 namespace waymark {
 
-/// Whether a flag was given, by its name: "--from".
-using GivenFlags = std::function<bool(const char* flag)>;
+/// Whether a field was given by the user, by its name: "camera_size".
+using GivenFlags = std::function<bool(const char* field)>;
 
-/// Flags that have no effect on what is asked, refused one after the other: the first that was given is the
+/// Fields that have no effect on what is asked, refused one after the other: the first that was given is the
 /// error.
 class FlagRefusals {
  public:
   explicit FlagRefusals(GivenFlags given) : given_(std::move(given)) {}
 
-  /// These flags, `when` they have none.
+  /// These fields, `when` they have none.
   void flags(bool when, std::initializer_list<const char*> names, const std::string& why,
              const std::string& hint) {
     for (const char* name : names)

@@ -12,20 +12,20 @@
 namespace waymark {
 namespace {
 
-GivenFlags given(std::set<std::string> flags) {
-  return [flags = std::move(flags)](const char* flag) { return flags.contains(flag); };
+GivenFlags given(std::set<std::string> fields) {
+  return [fields = std::move(fields)](const char* field) { return fields.contains(field); };
 }
 
 TEST(FlagRefusals, TheFirstThatWasGivenIsTheError) {
-  FlagRefusals refused(given({"--to", "--view"}));
-  refused.flags(true, {"--from"}, "nothing to cut", "");
+  FlagRefusals refused(given({"to", "view"}));
+  refused.flags(true, {"from"}, "nothing to cut", "");
   EXPECT_TRUE(refused.status());
-  refused.flags(false, {"--to"}, "nothing to cut", "");
+  refused.flags(false, {"to"}, "nothing to cut", "");
   EXPECT_TRUE(refused.status());
-  refused.flags(true, {"--from", "--to"}, "nothing to cut", "Leave it out.");
-  refused.flags(true, {"--view"}, "nobody looks", "");
+  refused.flags(true, {"from", "to"}, "nothing to cut", "Leave it out.");
+  refused.flags(true, {"view"}, "nobody looks", "");
   ASSERT_FALSE(refused.status());
-  EXPECT_EQ(refused.status().error().place.key, "--to");
+  EXPECT_EQ(refused.status().error().place.key, "to");
   EXPECT_EQ(refused.status().error().message, "nothing to cut");
   EXPECT_EQ(refused.status().error().hint, "Leave it out.");
 }

@@ -63,7 +63,7 @@ Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, Teac
   const std::optional<std::string> recorded = metadata(lap.setup, lap_facts::kAnchor);
   if (!recorded && !overrides.anchor)
     return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
-                "Give --anchor with a tag that was seen, for example --anchor tag36h11:0.");
+                "Give `anchor` with a tag that was seen, for example `anchor=tag36h11:0`.");
   const Result<TagId> anchor = tag_named(overrides.anchor.value_or(recorded.value_or("")));
   if (!anchor) return tl::unexpected(anchor.error());
   setup.anchor = *anchor;
@@ -100,9 +100,9 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
     if (!lap.setup.problems.empty())  // cut too early, perhaps
       message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
     return fail(ErrorCode::NotFound, std::move(message), {},
-                "Give a robot's file with --robot, or record sensor_msgs/CameraInfo with it; a table or bag "
+                "Give a robot's file with `robot`, or record sensor_msgs/CameraInfo with it; a table or bag "
                 "of detections "
-                "alone can be mapped with `waymark map --tagslam FOLDER`, where TagSLAM's files describe the "
+                "alone can be mapped with `waymark map tagslam=FOLDER`, where TagSLAM's files describe the "
                 "cameras and "
                 "the tags' sizes. "
                 "`waymark info` shows what it holds.");
@@ -117,7 +117,7 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
         ErrorCode::NotFound,
         "the recording does not say where the camera sits: it has no transforms (/tf_static, /tf) from the "
         "base to the camera's optical frame",
-        {}, "Give a robot's file with --robot. `waymark info` shows what it holds.");
+        {}, "Give a robot's file with `robot`. `waymark info` shows what it holds.");
   TeachSetup setup{.camera = *lap.setup.camera,
                    .base_T_cam = *lap.setup.base_T_cam,
                    .more_cameras = lap.setup.more_cameras};
@@ -125,7 +125,7 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
   if (!sizes) return tl::unexpected(sizes.error());
   if (!sizes->default_size_m)
     return fail(ErrorCode::NotFound, "the recording does not say how large its tags are", {},
-                "Give --tag-size-m, the side of the black square.");
+                "Give `tag_size_m`, the side of the black square.");
   setup.sizes = std::move(*sizes);
   if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
   if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());

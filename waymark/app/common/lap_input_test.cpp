@@ -73,16 +73,16 @@ TEST(SetupOf, AnAnchorAtTheOriginIsUpright) {
       << "into the tag is ahead";
 }
 
-TEST(SetupOf, WhatIsMissingIsSaidWithTheFlagThatHelps) {
+TEST(SetupOf, WhatIsMissingIsSaidWithTheFieldThatHelps) {
   RecordedLap lap = whole_lap();
   lap.setup.metadata[lap_facts::kMetadata].erase(lap_facts::kTagSize);
-  EXPECT_THAT(setup_error(lap).hint, HasSubstr("--tag-size-m"));
+  EXPECT_THAT(setup_error(lap).hint, HasSubstr("`tag_size_m`"));
   lap = whole_lap();
   lap.setup.metadata.clear();
-  EXPECT_THAT(setup_error(lap, {.tag_size_m = 0.1}).hint, HasSubstr("--anchor"));
+  EXPECT_THAT(setup_error(lap, {.tag_size_m = 0.1}).hint, HasSubstr("`anchor`"));
   lap = whole_lap();
   lap.setup.base_T_cam.reset();
-  EXPECT_THAT(setup_error(lap).hint, HasSubstr("--robot"));
+  EXPECT_THAT(setup_error(lap).hint, HasSubstr("`robot`"));
   lap.setup.chosen.mounting_error = Error{ErrorCode::NotFound, "no frame 'base'", {}, "Name it."};
   EXPECT_THAT(setup_error(lap).message, HasSubstr("no frame 'base'"));
   lap = whole_lap();

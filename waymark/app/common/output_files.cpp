@@ -129,7 +129,7 @@ Status check_new_file(const fs::path& file, bool replace) {
   std::error_code ignored;
   if (!replace && fs::is_regular_file(file, ignored))
     return fail(ErrorCode::Unwritable, "there is a file already", {.source = file.string()},
-                "Give another name with -o, or --force to replace it.");
+                "Give another name with `output`, or `force` to replace it.");
   return check_output_file(file);
 }
 

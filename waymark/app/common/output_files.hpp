@@ -19,7 +19,7 @@ namespace waymark {
 /// are files as well.
 [[nodiscard]] Status check_output_file(const std::filesystem::path& file);
 
-/// The same of a file that is not there yet, unless it is to be replaced (--force).
+/// The same of a file that is not there yet, unless it is to be replaced (`force`).
 [[nodiscard]] Status check_new_file(const std::filesystem::path& file, bool replace);
 
 /// Whether something stands there that is no regular file: a terminal, /dev/null, a pipe.

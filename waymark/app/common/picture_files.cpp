@@ -66,7 +66,7 @@ std::vector<Input> in_folder(const std::string& folder, bool recursive) {
     inputs.push_back(
         failed(folder, ErrorCode::NotFound, "no picture in this folder",
                fmt::format("Looked for {}{}.", fmt::join(kPictures, " "),
-                           recursive ? "" : "; --recursive looks in the folders inside it too")));
+                           recursive ? "" : "; `recursive` looks in the folders inside it too")));
   }
   std::sort(paths.begin(), paths.end());
   for (std::string& path : paths) inputs.push_back({std::move(path), {}});

@@ -11,7 +11,7 @@
 #include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/simulation/robot/simulated_robot_options.hpp"
 
-/// What `waymark simulate --like` measures and prints.
+/// What `waymark simulate` measures of the recording of `like` and prints.
 namespace waymark {
 
 /// Measures a recording of any kind. Fails when its speeds are not known.

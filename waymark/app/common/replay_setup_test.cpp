@@ -107,7 +107,7 @@ TEST_F(ReplaySetup, ABrokenFileOfTheRobotIsAnErrorWhereItIsUsed) {
 TEST_F(ReplaySetup, WhatIsMissingInTheFolderIsNamed) {
   const auto route = read_map_folder(folder_, "kitchen");
   ASSERT_FALSE(route);
-  EXPECT_EQ(route.error().place.key, "--route");
+  EXPECT_EQ(route.error().place.key, "`route`");
   ASSERT_TRUE(write_route(folder_ / "route-kitchen.yaml", true_route()));
   EXPECT_TRUE(read_map_folder(folder_, "kitchen"));
   EXPECT_FALSE(read_map_folder(folder_ / "none"));

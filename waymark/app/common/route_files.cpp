@@ -72,12 +72,12 @@ std::vector<std::string> files_of_map(const std::vector<std::string>& routes) {
   return names;
 }
 
-Status check_route_name(const std::string& route, const char* flag) {
+Status check_route_name(const std::string& route, const char* field) {
   const auto allowed = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
   };
   if (!route.empty() && std::ranges::all_of(route, allowed)) return {};
-  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name for a route", route), {.key = flag},
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name for a route", route), {.key = field},
               "Use letters, digits, - and _.");
 }
 
@@ -105,19 +105,18 @@ Status check_route_exists(const fs::path& folder, const std::string& route) {
   std::error_code ignored;
   if (fs::exists(folder / route_file_name(route), ignored)) return {};
   const std::vector<std::string> names = route_names(folder);
-  const Place place{.source = folder.string(), .key = "--route"};
+  const Place place{.source = folder.string(), .key = "`route`"};
   if (route.empty())
     return fail(ErrorCode::NotFound, "the folder holds no route.yaml", {.source = folder.string()},
                 names.empty()
                     ? "Map a recorded lap into it: waymark map lap.mcap -o " + shell_word(folder.string())
-                    : fmt::format("It has {}: give --route.", fmt::join(names, ", ")));
-  return fail(
-      ErrorCode::NotFound, fmt::format("this map has no route '{}'", route), place,
-      names.empty()
-          ? fmt::format("Besides the taught one it has none; `waymark map LAP --extend {0} "
-                        "--route-name {1}` adds a lap's, `waymark optimize {0} --name {1}` makes one.",
-                        shell_word(folder.string()), shell_word(route))
-          : suggestion(route, names));
+                    : fmt::format("It has {}: give `route`.", fmt::join(names, ", ")));
+  return fail(ErrorCode::NotFound, fmt::format("this map has no route '{}'", route), place,
+              names.empty()
+                  ? fmt::format("Besides the taught one it has none; `waymark map LAP extend={0} "
+                                "route_name={1}` adds a lap's, `waymark optimize {0} name={1}` makes one.",
+                                shell_word(folder.string()), shell_word(route))
+                  : suggestion(route, names));
 }
 
 }  // namespace waymark

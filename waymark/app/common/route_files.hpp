@@ -25,8 +25,8 @@ namespace waymark {
 /// but for robot.yaml, which is the robot's.
 [[nodiscard]] std::vector<std::string> files_of_map(const std::vector<std::string>& routes);
 
-/// Letters, digits, - and _; the error names the flag.
-[[nodiscard]] Status check_route_name(const std::string& route, const char* flag);
+/// Letters, digits, - and _; the error names the field.
+[[nodiscard]] Status check_route_name(const std::string& route, const char* field);
 /// Fails where it is no folder with a map, and says what was meant.
 [[nodiscard]] Status check_map_folder(const std::filesystem::path& folder);
 /// Fails, with the names there are, when the folder has no route of this name. Empty: route.yaml.

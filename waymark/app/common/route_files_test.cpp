@@ -50,11 +50,11 @@ TEST_F(RouteFiles, NamedRoutesAreListedInOrderWithoutThoseSetAside) {
 
 TEST_F(RouteFiles, ANameOfARouteIsPartOfAFileName) {
   for (const char* good : {"a", "kitchen-2", "A_b"})
-    EXPECT_TRUE(check_route_name(good, "--route-name")) << good;
+    EXPECT_TRUE(check_route_name(good, "route_name")) << good;
   for (const char* bad : {"", "a b", "../x", "a.1", "ü", "a/b"}) {
-    const Status status = check_route_name(bad, "--route-name");
+    const Status status = check_route_name(bad, "route_name");
     ASSERT_FALSE(status) << bad;
-    EXPECT_EQ(status.error().place.key, "--route-name");
+    EXPECT_EQ(status.error().place.key, "route_name");
   }
 }
 
@@ -83,12 +83,12 @@ TEST_F(RouteFiles, ARouteThatIsNotThereIsNamedWithThoseThatAre) {
     return status ? Error{} : status.error();
   };
   EXPECT_THAT(error("").hint, HasSubstr("waymark map"));
-  EXPECT_THAT(error("kitchen").hint, HasSubstr("--route-name kitchen"));
+  EXPECT_THAT(error("kitchen").hint, HasSubstr("route_name=kitchen"));
   touch("route-kitchen.yaml");
   EXPECT_TRUE(check_route_exists(folder_, "kitchen"));
-  EXPECT_THAT(error("").hint, HasSubstr("kitchen: give --route"));
+  EXPECT_THAT(error("").hint, HasSubstr("kitchen: give `route`"));
   EXPECT_THAT(error("kitchn").hint, HasSubstr("kitchen"));
-  EXPECT_EQ(error("kitchn").place.key, "--route");
+  EXPECT_EQ(error("kitchn").place.key, "`route`");
 }
 
 TEST_F(RouteFiles, RecordingsAreToldByTheirFirstBytes) {

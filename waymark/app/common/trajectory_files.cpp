@@ -160,7 +160,7 @@ Result<std::string> choose_topic(const MessageLog& log, const std::string& path,
                 "`waymark localize` makes a recording that has one; `waymark info` lists topics.");
   return fail(ErrorCode::InvalidArgument,
               fmt::format("several topics have poses: {}", fmt::join(topics, ", ")), {.source = path},
-              "Say which with --est-topic or --ref-topic.");
+              "Say which with `est_topic` or `ref_topic`.");
 }
 
 Result<EstimatedTrajectory> poses_of_log(const std::string& path, const std::string& asked,

@@ -87,7 +87,7 @@ TEST_F(TrajectoryFiles, ATopicIsChosenWhereItIsTheOnlyOneElseNamed) {
   EXPECT_THAT(typo.error().hint, HasSubstr("/odom"));
   const auto several = read_reference(file, "", false);
   ASSERT_FALSE(several) << "there is no truth in it";
-  EXPECT_THAT(several.error().hint, HasSubstr("--ref-topic"));
+  EXPECT_THAT(several.error().hint, HasSubstr("`ref_topic`"));
 }
 
 TEST_F(TrajectoryFiles, APathOfCornersATrajectoryAndARouteAreReferences) {

@@ -70,9 +70,9 @@ Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string
                                                                const std::string& output) const {
   if (const Status used = check_no_recording(given_on(app_)); !used) return tl::unexpected(used.error());
   const auto poses = poses_.make();
-  if (!poses) return tl::unexpected(naming_flag(poses.error()));
+  if (!poses) return tl::unexpected(poses.error());
   auto finder = detector_.make();
-  if (!finder) return tl::unexpected(naming_flag(finder.error()));
+  if (!finder) return tl::unexpected(finder.error());
   Prepared prepared{{.input = input, .output = output, .pictures = pictures_}, std::move(*finder)};
   if (*poses) {
     prepared.job.camera = (*poses)->camera;
@@ -135,7 +135,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   const Result<ConvertReport> report = convert_log(job, control_from(console));
   if (!report && report.error().code == ErrorCode::InvalidArgument)
     return fail_usage(report.error(), console);
-  if (!report) return console.failed(naming_flag(report.error()), exit_code_of(report.error()));
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
   if (!args.json) say_problems(report->exported.problems, console);
   return ExitCode::Ok;

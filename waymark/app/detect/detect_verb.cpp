@@ -43,7 +43,7 @@ ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const Tag
   const auto cameras = detect_cameras(job, finder, control);
   if (cameras) return say_ends(*cameras, console);
   const bool usage = cameras.error().code == ErrorCode::InvalidArgument;
-  return console.failed(naming_flag(cameras.error()), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+  return console.failed(cameras.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
 }
 
 struct DetectArgs : DetectWords {

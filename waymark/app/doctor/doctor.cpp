@@ -50,8 +50,8 @@ Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const Doct
     }
     names.push_back(begin + std::string(kind.address));
   }
-  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'",
-              {.key = "--robot"}, suggestion(robot, names));
+  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'", {.key = "robot"},
+              suggestion(robot, names));
 }
 
 /// The loop of a robot on drawn pictures.

@@ -61,7 +61,7 @@ struct DoctorJob {
 [[nodiscard]] bool any_failed(const std::vector<DoctorLine>& lines);
 /// A line each, and below it the command that mends it.
 [[nodiscard]] std::string to_text(const std::vector<DoctorLine>& lines);
-/// The keys of `waymark doctor --json` (docs/reference/cli.md).
+/// The keys of the JSON output of `waymark doctor` (docs/reference/cli.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<DoctorLine>& lines);
 
 }  // namespace waymark

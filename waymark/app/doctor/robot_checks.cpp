@@ -146,7 +146,7 @@ DoctorLine check_drive(const LimoState& state) {
           fmt::format(
               "{}; {}", to_string(state.drive),
               state.commanded ? "it obeys this port" : "it does not obey this port yet: a drive asks for it"),
-          state.drive == LimoDrive::Ackermann ? "--robot-file limo-ackermann" : ""};
+          state.drive == LimoDrive::Ackermann ? "`robot_file=limo-ackermann`" : ""};
 }
 
 /// The lines of what was heard.

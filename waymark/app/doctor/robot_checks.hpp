@@ -9,7 +9,7 @@
 #include "waymark/base/time.hpp"
 #include "waymark/robots/limo/serial_port.hpp"
 
-/// Checks of robots on a network (`waymark doctor --robot`): they only listen.
+/// Checks of robots on a network (`waymark doctor` with `robot`): they only listen.
 namespace waymark {
 
 /// What was heard of a robot.

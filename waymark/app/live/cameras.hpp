@@ -59,7 +59,7 @@ struct CamerasJob {
 /// The cameras of this computer as a table for people; ends with an end of line. With `controls` all of them,
 /// with their ranges.
 [[nodiscard]] std::string to_text(const std::vector<CameraDevice>& devices, bool controls);
-/// The keys of `waymark cameras --json` (docs/reference/cli.md).
+/// The keys of the JSON output of `waymark cameras` (docs/reference/cli.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<CameraDevice>& devices);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<CameraControl>& controls);
 

@@ -44,7 +44,7 @@ bool StopKey::pressed() {
 namespace {
 
 tl::unexpected<Error> no_driver(const std::string& name, const std::vector<std::string>& known) {
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", name), {.key = "--driver"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", name), {.key = "driver"},
               suggestion(name, known));
 }
 
@@ -96,8 +96,8 @@ Result<std::unique_ptr<OperatorInput>> make_operator_input(const std::string& na
                                                            const SimulatedSetup& setup,
                                                            const std::optional<ViewerLink>& viewers) {
   if (!viewers && name == "page")
-    return fail(ErrorCode::InvalidArgument, "nobody sees the page", {.key = "--driver"},
-                "Add --view, or name another driver.");
+    return fail(ErrorCode::InvalidArgument, "nobody sees the page", {.key = "driver"},
+                "Add `view`, or name another driver.");
   if (!viewers) return make_input(name, speed_m_s, setup, false);
   std::unique_ptr<OperatorInput> other;
   ViewerInput::MakeScript script = [] { return std::unique_ptr<LapDriver>(); };

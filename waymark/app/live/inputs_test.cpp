@@ -10,12 +10,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(Inputs, AnUnknownDriverIsAnErrorThatNamesTheFlag) {
+TEST(Inputs, AnUnknownDriverIsAnErrorThatNamesTheField) {
   const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
   for (const auto& error : {make_lap_driver("scriptet", 0.3, setup).error(),
                             make_operator_input("scriptet", 0.3, setup).error()}) {
     EXPECT_EQ(error.code, ErrorCode::InvalidArgument);
-    EXPECT_EQ(error.place.key, "--driver");
+    EXPECT_EQ(error.place.key, "driver");
     EXPECT_THAT(error.hint, HasSubstr("scripted"));
   }
 }
@@ -45,7 +45,7 @@ TEST(Inputs, ThePageNeedsViewers) {
   EXPECT_FALSE(viewer_link(nullptr)) << "without a feed there are none";
   const auto alone = make_operator_input("page", 0.3, setup);
   ASSERT_FALSE(alone);
-  EXPECT_THAT(alone.error().hint, HasSubstr("--view"));
+  EXPECT_THAT(alone.error().hint, HasSubstr("`view`"));
   const ViewerLink viewers;
   EXPECT_TRUE(make_operator_input("page", 0.3, setup, viewers));
   EXPECT_TRUE(make_operator_input("scripted", 0.3, setup, viewers)) << "the page has the buttons as well";

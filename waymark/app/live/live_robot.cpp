@@ -29,7 +29,7 @@ std::optional<std::string> lacks_commission(const RobotSetup& setup, const Robot
   }
   return fmt::format(
       "the robot's file {} {}. Until one has passed it is driven at {:g} m/s at most: "
-      "waymark commission --robot {} --robot-file {}",
+      "`waymark commission robot={} robot_file={}`",
       setup.robot_path, printable(why), kUncommissionedSpeed_m_s, shell_word(setup.ground.robot),
       shell_word(setup.robot_path));
 }

@@ -31,7 +31,7 @@ TEST(CommissionLimit, HoldsForARealRobotUntilItsFirstDrivePassed) {
   const auto why = lacks_commission(robot, {});
   ASSERT_TRUE(why);
   EXPECT_NE(why->find("holds no first drive"), std::string::npos) << *why;
-  EXPECT_NE(why->find("waymark commission --robot 'process:python3 my_robot.py' --robot-file"),
+  EXPECT_NE(why->find("`waymark commission robot='process:python3 my_robot.py' robot_file="),
             std::string::npos)
       << *why;
   EXPECT_FALSE(lacks_commission(robot, {.simulated = true}));

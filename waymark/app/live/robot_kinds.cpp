@@ -17,8 +17,8 @@ namespace {
 
 Result<RobotStart> start_command(const std::string& command, const std::string& robot_file) {
   if (command.empty())
-    return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "--robot"},
-                "For example --robot \"process:python3 my_robot.py\".");
+    return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "robot"},
+                "For example `robot=\"process:python3 my_robot.py\"`.");
   return RobotStart{robot_file, command};
 }
 
@@ -41,8 +41,8 @@ Result<RobotStart> start_ros2(const std::string& profile, const std::string& rob
 
 Result<RobotStart> start_limo(const std::string& port, const std::string& robot_file) {
   if (port.empty())
-    return fail(ErrorCode::InvalidArgument, "limo: names no serial port", {.key = "--robot"},
-                "For example --robot limo:/dev/ttyTHS1.");
+    return fail(ErrorCode::InvalidArgument, "limo: names no serial port", {.key = "robot"},
+                "For example `robot=limo:/dev/ttyTHS1`.");
   return start_own({"limo", "robot", port}, robot_file.empty() ? "limo" : robot_file);
 }
 
@@ -101,11 +101,11 @@ Result<RobotSetup> load_robot(const std::string& robot, const std::string& world
                               const std::string& robot_file, std::uint64_t seed, bool processes) {
   if (processes && is_robot_kind(robot)) return *load_kind(robot, world, robot_file, seed);
   if (robot != "sim")
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot), {.key = "--robot"},
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot), {.key = "robot"},
                 suggestion(robot, robot_kind_names(processes)));
   if (world.empty())
-    return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
-                {.key = "--world"}, "For example --world circuit24.");
+    return fail(ErrorCode::InvalidArgument, "`world` is required: the simulated robot drives in one",
+                {.key = "world"}, "For example `world=circuit24`.");
   return load_setup(world, robot_file, seed);
 }
 
@@ -131,12 +131,12 @@ Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup
   for (const std::string& word : words) {
     auto camera = parse_camera_address(word, cameras.front().name);
     if (!camera) {
-      camera.error().place.key = "--camera-source";
+      camera.error().place.key = "camera_source";
       return tl::unexpected(camera.error());
     }
     if (std::ranges::find(cameras, camera->name, &MountedCamera::name) == cameras.end())
       return fail(ErrorCode::InvalidArgument, fmt::format("the robot has no camera '{}'", camera->name),
-                  {.key = "--camera-source"}, "Name one of the cameras of its file.");
+                  {.key = "camera_source"}, "Name one of the cameras of its file.");
     setup.live_cameras.push_back(std::move(*camera));
   }
   return {};
@@ -159,12 +159,12 @@ std::vector<std::string> RobotWords::as_words() const {
 Result<RobotSetup> described_setup(const RobotWords& words, bool processes, const std::string& robot_file,
                                    const GivenFlags& given) {
   const bool process = processes && is_robot_kind(words.robot);
-  const char* of_a_process = "Leave it out, or give --robot process:CMD.";
+  const char* of_a_process = "Leave it out, or give `robot=process:CMD`.";
   FlagRefusals refused(given);
-  refused.flags(!process, {"--detector", "--search-every", "--search-strips"},
+  refused.flags(!process, {"detector", "search_every", "search_strips"},
                 "a simulated robot finds its tags in another way", of_a_process);
-  refused.flags(!process, {"--camera-source"}, "a simulated robot has simulated cameras", of_a_process);
-  refused.flags(process && !given("--search-every"), {"--search-strips"}, kSearchedWholly, kSearchEvery);
+  refused.flags(!process, {"camera_source"}, "a simulated robot has simulated cameras", of_a_process);
+  refused.flags(process && !given("search_every"), {"search_strips"}, kSearchedWholly, kSearchEvery);
   if (!refused.status()) return tl::unexpected(refused.status().error());
   const std::string& file = words.robot_file.empty() ? robot_file : words.robot_file;
   Result<RobotSetup> setup = load_robot(words.robot, words.world, file, words.seed, processes);

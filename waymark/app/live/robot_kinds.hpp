@@ -9,7 +9,7 @@
 
 #include "waymark/app/live/robot_setup.hpp"
 
-/// The robots of `--robot KIND:ADDRESS`, which are driven by a process of their own
+/// The robots named KIND:ADDRESS, which are driven by a process of their own
 /// (docs/formats/robot-process.md).
 namespace waymark {
 
@@ -45,12 +45,12 @@ struct RobotKind {
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                                           const std::string& robot_file, std::uint64_t seed);
 
-/// The setup of `--robot`: "sim", which drives in a world, or, with `processes`, KIND:ADDRESS.
+/// The setup of a robot by its name: "sim", which drives in a world, or, with `processes`, KIND:ADDRESS.
 [[nodiscard]] Result<RobotSetup> load_robot(const std::string& robot, const std::string& world,
                                             const std::string& robot_file, std::uint64_t seed,
                                             bool processes);
 
-/// Gives the setup of a robot that is a process the cameras of --camera-source: [NAME=]ADDRESS each.
+/// Gives the setup of a robot that is a process the cameras of `camera_source`: [NAME=]ADDRESS each.
 [[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
 
 /// Whether the robot sends tags instead of pictures, so that this computer looks for none.
@@ -65,11 +65,11 @@ struct RobotWords {
   PictureSettings pictures{};
   std::uint64_t seed = 1;
 
-  /// The flags of a simulated robot again, for a command line.
+  /// What says the same of a simulated robot on a command line of the program.
   [[nodiscard]] std::vector<std::string> as_words() const;
 };
-/// With `processes` the robot may be one; `robot_file`: where it is described when no flag says so. Fails
-/// also on flags that have no effect on it.
+/// With `processes` the robot may be one; `robot_file`: where it is described when the words do not say
+/// so. Fails also on fields that were given and have no effect on it.
 [[nodiscard]] Result<RobotSetup> described_setup(const RobotWords& words, bool processes,
                                                  const std::string& robot_file, const GivenFlags& given);
 

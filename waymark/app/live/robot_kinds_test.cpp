@@ -50,8 +50,8 @@ TEST(LoadRobot, IsSimulatedInAWorldOrAProcessOfAKind) {
     const auto setup = load_robot(robot, world, "", 1, processes);
     return setup ? "" : to_string(setup.error());
   };
-  EXPECT_THAT(refused("sim", "", true), StartsWith("(--world): --world is required"));
-  EXPECT_THAT(refused("smi", "circuit24", true), StartsWith("(--robot): there is no robot 'smi'. Did you"));
+  EXPECT_THAT(refused("sim", "", true), StartsWith("(world): `world` is required"));
+  EXPECT_THAT(refused("smi", "circuit24", true), StartsWith("(robot): there is no robot 'smi'. Did you"));
   EXPECT_THAT(refused("process:true", "circuit24", false), HasSubstr("there is no robot 'process:true'"));
 }
 

@@ -79,10 +79,10 @@ std::string robot_file_in(const std::filesystem::path& folder) {
 
 Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, RobotSetup& setup) {
   FlagRefusals refused(given);
-  refused.flags(!setup.process.empty(), {"--images", "--threads", "--faults"},
-                "only a simulated robot is asked for this", "Leave it out, or --robot process:CMD.");
-  refused.flags(!words.images, {"--threads"}, "without pictures there is nothing to do on threads",
-                "Add --images, or leave it out.");
+  refused.flags(!setup.process.empty(), {"images", "threads", "faults"},
+                "only a simulated robot is asked for this", "Leave it out, or `robot=process:CMD`.");
+  refused.flags(!words.images, {"threads"}, "without pictures there is nothing to do on threads",
+                "Add `images`, or leave it out.");
   if (!refused.status()) return refused.status();
   setup.simulated.threads = words.threads;
   if (words.faults.empty()) return {};
@@ -93,7 +93,7 @@ Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, 
 }
 
 void refuse_seed(bool when, FlagRefusals& refused) {
-  refused.flags(when, {"--seed"}, "nothing is drawn at random for a robot that is a process",
+  refused.flags(when, {"seed"}, "nothing is drawn at random for a robot that is a process",
                 "Leave it out; a simulated process takes a seed of its own.");
 }
 

@@ -17,9 +17,9 @@
 
 namespace waymark {
 
-/// Of --search-strips without --search-every.
+/// Of search_strips without search_every.
 inline constexpr const char* kSearchedWholly = "every picture is searched wholly";
-inline constexpr const char* kSearchEvery = "Give --search-every 8, say, too.";
+inline constexpr const char* kSearchEvery = "Give `search_every=8`, say, too.";
 
 /// How tags are found in the pictures of a robot.
 struct PictureSettings {
@@ -60,7 +60,7 @@ struct RobotSetup {
   std::string robot_path{};                        ///< of the robot's file
   std::optional<CommissionRecord> commissioned{};  ///< of the robot's file
   CommissionGround ground{};                       ///< what a commission of this robot rests on
-  std::string usual_robot_file{};  ///< of --robot, where another was named instead; empty: none
+  std::string usual_robot_file{};  ///< of the robot's name, where another was named instead; empty: none
 
   /// Whether it has pictures, or may have some: a robot that is a process says so itself.
   [[nodiscard]] bool may_have_pictures() const { return simulated.pictures || !process.empty(); }
@@ -84,12 +84,12 @@ struct SimulatedWords {
   int threads = 1;       ///< that do so
   std::string faults{};  ///< file of a script; empty: none
 };
-/// Gives the setup the script of faults and the threads. Fails on flags of a simulated robot where it is a
+/// Gives the setup the script of faults and the threads. Fails on fields of a simulated robot where it is a
 /// process.
 [[nodiscard]] Status describe_simulated(const SimulatedWords& words, const GivenFlags& given,
                                         RobotSetup& setup);
 
-/// Refuses --seed, `when` nothing is simulated or scripted.
+/// Refuses `seed`, `when` nothing is simulated or scripted.
 void refuse_seed(bool when, FlagRefusals& refused);
 
 /// How a simulated robot that is a process of its own tells the time.

@@ -39,12 +39,12 @@ Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given) {
   if (setup.process.empty() || !setup.world_yaml.empty()) {
     if (given.anchor.empty() && given.tag_size_m == 0) return {};
     return fail(ErrorCode::InvalidArgument, "the world already says what its tags are",
-                {.key = given.anchor.empty() ? "--tag-size-m" : "--anchor"}, "Leave it out, or --world.");
+                {.key = given.anchor.empty() ? "tag_size_m" : "anchor"}, "Leave it out, or `world`.");
   }
   if (given.anchor.empty() || given.tag_size_m == 0)
     return fail(ErrorCode::InvalidArgument, "the anchor and the size of the tags are not known",
-                {.key = given.anchor.empty() ? "--anchor" : "--tag-size-m"},
-                "For example --anchor 0 --tag-size-m 0.16.");
+                {.key = given.anchor.empty() ? "anchor" : "tag_size_m"},
+                "For example `anchor=0` `tag_size_m=0.16`.");
   const auto anchor = tag_named(given.anchor);
   if (!anchor) return tl::unexpected(anchor.error());
   place_lone_anchor(setup.simulated.world, *anchor, given.tag_size_m);
@@ -61,8 +61,8 @@ Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::
 
 Status check_recorded_images(bool pictures, const std::string& images) {
   if (pictures || images.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
-              "Add --images.");
+  return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "record_images"},
+              "Add `images`.");
 }
 
 TeachSetup teach_setup(const SimulatedSetup& simulated) {

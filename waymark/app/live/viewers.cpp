@@ -62,8 +62,8 @@ namespace {
 
 Status refuse_in_process(const RobotSetup& setup, const char* key) {
   if (!setup.process.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "a simulated robot is watched with `waymark run --view`",
-              {.key = key}, "This verb lets it go as fast as it can; with --robot process:CMD it waits.");
+  return fail(ErrorCode::InvalidArgument, "a simulated robot is watched with `waymark run view=true`",
+              {.key = key}, "This verb lets it go as fast as it can; with `robot=process:CMD` it waits.");
 }
 
 /// The robot of a setup as its node needs to know it.
@@ -80,7 +80,7 @@ Result<NodeRobot> node_robot(const RobotSetup& setup) {
 }  // namespace
 
 Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const RobotSetup& setup, const std::string& distro) {
-  if (Status status = refuse_in_process(setup, "publish-ros2"); !status)
+  if (Status status = refuse_in_process(setup, "publish_ros2"); !status)
     return tl::unexpected(status.error());
   auto robot = node_robot(setup);
   if (!robot) return tl::unexpected(robot.error());

@@ -152,7 +152,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   if (const Status asked = args.filter.apply(inputs->setup.filter); !asked)
     return fail_usage(asked.error(), console);
   const Result<LocalizeReport> report = localize(job, *inputs, control);
-  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
+  if (!report) return fail_with(report.error(), console);
   return show_localized(*report, job, args.json, inputs->warnings, console);
 }
 

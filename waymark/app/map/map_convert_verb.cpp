@@ -34,7 +34,7 @@ ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
   ConvertMapJob job = args.job;
   job.form = *form;
   const Result<ReadMap> done = convert_map(job, control_from(console));
-  if (!done) return console.failed(naming_flag(done.error()), ExitCode::SomeFailed);
+  if (!done) return console.failed(done.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(job, *done)) : to_text(job, *done));
   for (const std::string& warning : done->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;

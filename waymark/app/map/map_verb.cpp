@@ -150,7 +150,7 @@ ExitCode MapVideoFlags::map(const MapArgs& args, Console& console) const {
   const Result<TagFinder> finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);
   const Result<MapVideoReport> report = map_video(*job, *finder, control_from(console));
-  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   return args.show(*report, console);
 }
 
@@ -177,8 +177,7 @@ ExitCode map(const MapVerbArgs& args, Console& console) {
   if (!args.scene.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = args.make_job();
   if (!job) return fail_usage(job.error(), console);
-  if (const Status maps = read_described_maps(args.of, *job); !maps)
-    return console.failed(naming_flag(maps.error()), exit_code_of(maps.error()));
+  if (const Status maps = read_described_maps(args.of, *job); !maps) return fail_with(maps.error(), console);
   std::optional<TagFinder> finder;
   if (args.detector.given()) {
     Result<TagFinder> made = args.detector.make();

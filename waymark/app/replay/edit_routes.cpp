@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where --at-m or --at-tag say.
+/// Where at_m or at_tag say.
 Result<double> place_of(const RoutesJob& job, const Route& route) {
   if (job.at_tag.empty()) return job.at_m.value_or(0);
   const Result<MapFile> map = read_map(fs::path(job.folder) / "map.yaml");
@@ -34,7 +34,7 @@ Result<double> place_of(const RoutesJob& job, const Route& route) {
     });
     return nearest->arc_length_m;
   }
-  return fail(ErrorCode::NotFound, fmt::format("{} is not in the map", job.at_tag), {.key = "--at-tag"},
+  return fail(ErrorCode::NotFound, fmt::format("{} is not in the map", job.at_tag), {.key = "at_tag"},
               suggestion(job.at_tag, names));
 }
 
@@ -45,7 +45,7 @@ Status remove_station(const std::string& name, Route& route) {
   if (std::erase_if(route.stations, [&](const Station& station) { return station.name == name; }) > 0)
     return {};
   return fail(ErrorCode::NotFound, fmt::format("the route has no station '{}'", name),
-              {.key = "--remove-station"}, suggestion(name, names));
+              {.key = "remove_station"}, suggestion(name, names));
 }
 
 Status add_station(const RoutesJob& job, Route& route) {
@@ -57,14 +57,14 @@ Status add_station(const RoutesJob& job, Route& route) {
   if (before != route.stations.end() && !job.pause_s) station.pause_s = before->pause_s;
   std::erase_if(route.stations, [&](const Station& other) { return other.name == station.name; });
   if (Status status = check_station(route, station); !status) {
-    status.error().place.key = "--station";
+    status.error().place.key = "station";
     return status;
   }
   const auto after =
       std::ranges::upper_bound(route.stations, station.arc_length_m, {}, &Station::arc_length_m);
   if (after != route.stations.begin() && std::prev(after)->arc_length_m == station.arc_length_m)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("'{}' is at this place already", std::prev(after)->name), {.key = "--station"});
+                fmt::format("'{}' is at this place already", std::prev(after)->name), {.key = "station"});
   route.stations.insert(after, std::move(station));
   return {};
 }
@@ -77,20 +77,20 @@ Status change(const RoutesJob& job, Route& route) {
 }
 
 Status check_job(const RoutesJob& job) {
-  if (job.route && job.route->empty()) return check_route_name(*job.route, "--route");
+  if (job.route && job.route->empty()) return check_route_name(*job.route, "route");
   const bool placed = job.at_m || !job.at_tag.empty();
   if (!job.station.empty() && !placed)
-    return fail(ErrorCode::InvalidArgument, "where is the station?", {.key = "--station"},
-                "Give --at-m, metres along the route, or --at-tag.");
+    return fail(ErrorCode::InvalidArgument, "where is the station?", {.key = "station"},
+                "Give `at_m`, metres along the route, or `at_tag`.");
   if (job.station.empty() && placed)
     return fail(ErrorCode::InvalidArgument, "a place without a station",
-                {.key = job.at_tag.empty() ? "--at-m" : "--at-tag"}, "Name it with --station.");
+                {.key = job.at_tag.empty() ? "at_m" : "at_tag"}, "Name it with `station`.");
   if (job.station.empty() && job.pause_s)
-    return fail(ErrorCode::InvalidArgument, "a pause without a station", {.key = "--pause-s"},
-                "Name it with --station, and where it is with --at-m or --at-tag.");
+    return fail(ErrorCode::InvalidArgument, "a pause without a station", {.key = "pause_s"},
+                "Name it with `station`, and where it is with `at_m` or `at_tag`.");
   if (!job.at_tag.empty() && job.at_m)
-    return fail(ErrorCode::InvalidArgument, "two places for one station", {.key = "--at-tag"},
-                "Give --at-m or --at-tag.");
+    return fail(ErrorCode::InvalidArgument, "two places for one station", {.key = "at_tag"},
+                "Give `at_m` or `at_tag`.");
   return {};
 }
 

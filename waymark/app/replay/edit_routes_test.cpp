@@ -71,13 +71,13 @@ TEST_F(EditRoutes, MistakesNameTheirFlagAndChangeNothing) {
     const auto done = edit_routes(job);
     return done ? std::string("done") : done.error().place.key;
   };
-  EXPECT_EQ(key({.station = "shelf"}), "--station");
-  EXPECT_EQ(key({.at_m = 1}), "--at-m");
-  EXPECT_EQ(key({.pause_s = 1}), "--pause-s");
-  EXPECT_EQ(key({.station = "shelf", .at_m = 1, .at_tag = "7"}), "--at-tag");
-  EXPECT_EQ(key({.station = "shelf", .at_tag = "8"}), "--at-tag");
-  EXPECT_EQ(key({.route = "kitchen"}), "--route");
-  EXPECT_EQ(key({.route = ""}), "--route");
+  EXPECT_EQ(key({.station = "shelf"}), "station");
+  EXPECT_EQ(key({.at_m = 1}), "at_m");
+  EXPECT_EQ(key({.pause_s = 1}), "pause_s");
+  EXPECT_EQ(key({.station = "shelf", .at_m = 1, .at_tag = "7"}), "at_tag");
+  EXPECT_EQ(key({.station = "shelf", .at_tag = "8"}), "at_tag");
+  EXPECT_EQ(key({.route = "kitchen"}), "`route`");
+  EXPECT_EQ(key({.route = ""}), "route");
   EXPECT_NE(key({.station = "shelf", .at_m = 99}), "done") << "beyond the end";
   EXPECT_EQ(test::file_text(folder_ / "route.yaml"), before);
   EXPECT_FALSE(edit_routes({.folder = "/nowhere"}));
@@ -104,7 +104,7 @@ TEST_F(EditRoutes, AnOptimisedRouteStandsBesideTheTaughtOne) {
   EXPECT_EQ(test::file_text(folder_ / "route.yaml"), taught);
   const Route fast = read_route(folder_ / "route-fast.yaml").value();
   for (const RoutePoint& point : fast.points) EXPECT_EQ(std::abs(point.speed_m_s), 0.5);
-  EXPECT_THAT(drive_command(job), HasSubstr("--route fast"));
+  EXPECT_THAT(drive_command(job), HasSubstr("route=fast"));
   job.profile.speed_m_s = 0.4;
   const auto second = optimize_route_of(job);
   ASSERT_TRUE(second);
@@ -127,7 +127,7 @@ TEST_F(EditRoutes, AConvertedMapLosesOnlyWhatItIsToldTo) {
   job.remove = {"9"};
   const auto other = convert_map(job, {});
   ASSERT_FALSE(other);
-  EXPECT_EQ(other.error().place.key, "--remove");
+  EXPECT_EQ(other.error().place.key, "remove");
   job.remove.clear();
   job.form = MapForm::Transforms;
   job.output = (folder_ / "tags.mcap").string();

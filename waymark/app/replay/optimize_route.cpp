@@ -71,18 +71,16 @@ Status write_route_files(const OptimizeJob& job, const Route& taught, const TagM
 
 std::string drive_command(const OptimizeJob& job) {
   const ProfileOptions& profile = job.profile;
-  std::string command = fmt::format("waymark replay {} --route {}", shell_word(job.folder), job.name);
+  std::string command = fmt::format("waymark replay {} route={}", shell_word(job.folder), job.name);
   const SafetyOptions usual;
-  if (profile.speed_m_s > usual.max_speed_m_s)
-    command += fmt::format(" --max-speed-m-s {}", profile.speed_m_s);
+  if (profile.speed_m_s > usual.max_speed_m_s) command += fmt::format(" max_speed_m_s={}", profile.speed_m_s);
   std::vector<double> defaults;
   const ProfileOptions plain;
   ProfileOptions::fields(plain, [&](double value, const auto&) { defaults.push_back(value); });
   std::size_t i = 0;
   ProfileOptions::fields(profile, [&](double value, const auto& field) {
-    std::string flag(field.name);
-    std::ranges::replace(flag, '_', '-');
-    if (value != defaults[i++] && flag != "speed-m-s") command += fmt::format(" --{} {}", flag, value);
+    if (value != defaults[i++] && field.name != "speed_m_s")
+      command += fmt::format(" {}={}", field.name, value);
   });
   return command;
 }

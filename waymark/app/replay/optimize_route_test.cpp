@@ -47,12 +47,12 @@ TEST_F(OptimizeRoute, TheNewRouteIsFasterAndKeepsItsDistanceAndBelongsToTheMap) 
 }
 
 TEST_F(OptimizeRoute, TheCommandDrivesItAsItWasPromised) {
-  EXPECT_EQ(drive_command(job_), "waymark replay " + folder_.string() + " --route best");
+  EXPECT_EQ(drive_command(job_), "waymark replay " + folder_.string() + " route=best");
   job_.profile.speed_m_s = 0.9;
   job_.profile.lateral_acceleration_m_s2 *= 2;
-  EXPECT_THAT(drive_command(job_), HasSubstr("--max-speed-m-s 0.9")) << "the limiter would not let it pass";
-  EXPECT_THAT(drive_command(job_), HasSubstr("--lateral-acceleration-m-s2"));
-  EXPECT_THAT(drive_command(job_), Not(HasSubstr(" --speed-m-s"))) << "that is the route's";
+  EXPECT_THAT(drive_command(job_), HasSubstr("max_speed_m_s=0.9")) << "the limiter would not let it pass";
+  EXPECT_THAT(drive_command(job_), HasSubstr(" lateral_acceleration_m_s2="));
+  EXPECT_THAT(drive_command(job_), Not(HasSubstr(" speed_m_s="))) << "that is the route's";
   job_.folder = "my maps/one";
   EXPECT_THAT(drive_command(job_), HasSubstr("'my maps/one'"));
 }

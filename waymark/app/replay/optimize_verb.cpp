@@ -35,7 +35,7 @@ Result<OptimizerOptions> weights_of(const OptimizeArgs& args) {
 
 ExitCode optimize(const OptimizeArgs& args, Console& console) {
   OptimizeJob job = args.job;
-  Status status = check_route_name(job.name, "--name");
+  Status status = check_route_name(job.name, "name");
   if (status) status = args.profile.apply(job.profile);
   const auto options = status ? weights_of(args) : tl::unexpected(status.error());
   if (!options) return console.failed(options.error(), ExitCode::Usage);

@@ -134,7 +134,7 @@ Result<Trajectory> taught_path(const ReplayJob& job, const JobControl& control) 
 void judge(const RobotSetup& setup, ReplayReport& report) {
   if (report.taught_path.empty()) {
     report.warnings.emplace_back(
-        "the true way of the teach lap is not known (--taught gives its recording): not judged");
+        "the true way of the teach lap is not known (`taught` gives its recording): not judged");
     return;
   }
   const Result<ReplayJudgement> judgement = judge_replay(
@@ -149,7 +149,7 @@ Result<LocalizationKind> parse_replay_method(const std::string& name) {
   std::vector<std::string> known = localization_methods();
   std::erase(known, to_string(LocalizationKind::Smoother));
   if (std::ranges::find(known, name) != known.end()) return parse_localization_method(name);
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "method"},
               suggestion(name, known));
 }
 
@@ -159,19 +159,19 @@ Status choose_replay(const std::string& method, const std::string& controller, R
   job.method = *by;
   Result<ReplayController> steered_by = parse_controller(controller);
   if (!steered_by) {
-    steered_by.error().place.key = "--controller";
+    steered_by.error().place.key = "controller";
     return tl::unexpected(std::move(steered_by.error()));
   }
   job.replay.controller = *steered_by;
   if (job.replay.laps > 0 && job.replay.laps <= 1000) return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 1000]", job.replay.laps),
-              {.key = "--laps"});
+              {.key = "laps"});
 }
 
 Status check_recording(const ReplayJob& job, const RobotSetup& setup) {
   if (!job.images.empty() && job.output.empty())
-    return fail(ErrorCode::InvalidArgument, "nothing is recorded", {.key = "--record-images"},
-                "Add -o FILE.");
+    return fail(ErrorCode::InvalidArgument, "nothing is recorded", {.key = "record_images"},
+                "Add `output=FILE`.");
   return check_recorded_images(setup.may_have_pictures(), job.images);
 }
 
@@ -189,11 +189,11 @@ Status check_drive(const ReplayJob& job, const Route& route) {
   const double speed_m_s = job.replay.profile.speed_m_s;
   if (speed_m_s > 0 && speed_m_s < kSlowest_m_s)
     return fail(ErrorCode::InvalidArgument, fmt::format("{:g} m/s are too slow to drive a route", speed_m_s),
-                {.key = "--speed-m-s"},
+                {.key = "speed_m_s"},
                 fmt::format("Give {:g} or more, or 0 for the speed that the route states.", kSlowest_m_s));
   if (route.closed || job.replay.laps == 1) return {};
   return fail(ErrorCode::InvalidArgument, "the route is open: it is driven once, from its start to its end",
-              {.key = "--laps"}, "Leave --laps out, or teach a lap that comes back to its start.");
+              {.key = "laps"}, "Leave `laps` out, or teach a lap that comes back to its start.");
 }
 
 Status take_calibration(const std::string& path, ReplayJob& job) {
@@ -280,7 +280,7 @@ std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route
         fmt::format("{:g} m/s are asked for, but {} drives at most {:g} m/s (limits: speed_m_s of its file)",
                     asked, robot.name, robot.limits.speed_m_s)};
   return {
-      fmt::format("{:g} m/s are asked for, but the limiter lets no more than {:g} m/s pass (--max-speed-m-s)",
+      fmt::format("{:g} m/s are asked for, but the limiter lets no more than {:g} m/s pass (`max_speed_m_s`)",
                   asked, most)};
 }
 
@@ -447,7 +447,7 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
   if (end.state == ReplayState::Waiting && end.frames == 0)
     return "never knew where it is: nothing was heard of a camera. Does the robot send pictures or tags? One "
-           "of this computer is named with --camera-source";
+           "of this computer is named with `camera_source`";
   if (end.state == ReplayState::Waiting)
     return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
                                           "map. Is it the map of this place?"

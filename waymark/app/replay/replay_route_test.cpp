@@ -65,7 +65,7 @@ TEST(CheckDrive, ASpeedThatCannotBeToldFromStandingIsRefused) {
   job.replay.profile.speed_m_s = 1e-9;
   const Status refused = check_drive(job, route);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().place.key, "--speed-m-s");
+  EXPECT_EQ(refused.error().place.key, "speed_m_s");
 }
 
 using ::testing::HasSubstr;
@@ -113,10 +113,10 @@ TEST(ReplayChecks, MethodControllerAndLapsAreChosenByName) {
   ASSERT_TRUE(choose_replay("ekf", "pursuit", job));
   EXPECT_EQ(job.method, LocalizationKind::Ekf);
   EXPECT_EQ(job.replay.controller, ReplayController::Pursuit);
-  EXPECT_THAT(words(choose_replay("smoother", "pursuit", job)), StartsWith("(--method): "));
-  EXPECT_THAT(words(choose_replay("ekf", "pursiut", job)), StartsWith("(--controller): "));
+  EXPECT_THAT(words(choose_replay("smoother", "pursuit", job)), StartsWith("(method): "));
+  EXPECT_THAT(words(choose_replay("ekf", "pursiut", job)), StartsWith("(controller): "));
   job.replay.laps = 0;
-  EXPECT_EQ(words(choose_replay("ekf", "pursuit", job)), "(--laps): 0 is outside (0, 1000]");
+  EXPECT_EQ(words(choose_replay("ekf", "pursuit", job)), "(laps): 0 is outside (0, 1000]");
 }
 
 TEST(ReplayChecks, PicturesAreRecordedWhereThereAreSomeAndARecording) {
@@ -124,7 +124,7 @@ TEST(ReplayChecks, PicturesAreRecordedWhereThereAreSomeAndARecording) {
   ReplayJob job;
   EXPECT_EQ(words(check_recording(job, setup)), "");
   job.images = "jpeg";
-  EXPECT_EQ(words(check_recording(job, setup)), "(--record-images): nothing is recorded. Add -o FILE.");
+  EXPECT_EQ(words(check_recording(job, setup)), "(record_images): nothing is recorded. Add `output=FILE`.");
   job.output = "a.mcap";
   EXPECT_THAT(words(check_recording(job, setup)), HasSubstr("there are no pictures to record"));
 }

@@ -79,7 +79,7 @@ std::vector<std::string> other_robot_words(const RobotSetup& setup, const fs::pa
   if (found.empty()) return {};
   return {
       fmt::format("body and camera are those of the robot that was taught ({}: {}), which differs from "
-                  "'{}' in {}. Where this is a {}: --robot-file {}",
+                  "'{}' in {}. Where this is a {}: `robot_file={}`",
                   taught.string(), name, setup.usual_robot_file, fmt::join(found, ", "),
                   setup.usual_robot_file, setup.usual_robot_file)};
 }

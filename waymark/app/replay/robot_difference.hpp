@@ -15,7 +15,7 @@ namespace waymark {
                                                          const RobotDescription& now);
 
 /// What to say before a replay: that the robot of the setup is not that of robot.yaml in the folder of the
-/// map, or that robot.yaml describes another robot than --robot names by itself. Empty: they agree, or there
+/// map, or that robot.yaml describes another robot than `robot` names by itself. Empty: they agree, or there
 /// is nothing to compare.
 [[nodiscard]] std::vector<std::string> other_robot_words(const RobotSetup& setup,
                                                          const std::filesystem::path& map_folder);

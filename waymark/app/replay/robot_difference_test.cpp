@@ -41,7 +41,7 @@ TEST(RobotDifference, IsSaidBeforeAReplay) {
   const auto kind = load_kind("mbot:", "", (map / "robot.yaml").string(), 1);
   ASSERT_TRUE(kind && *kind);
   EXPECT_THAT(other_robot_words(**kind, map),
-              ElementsAre(HasSubstr("Where this is a mbot: --robot-file mbot")));
+              ElementsAre(HasSubstr("Where this is a mbot: `robot_file=mbot`")));
   const auto own = load_kind("limo:/dev/ttyTHS1", "", (map / "robot.yaml").string(), 1);
   ASSERT_TRUE(own && *own);
   EXPECT_THAT(other_robot_words(**own, map), ElementsAre());

@@ -13,7 +13,7 @@ struct RoutesArgs : JobArgs<RoutesJob> {
 
 ExitCode routes(const RoutesArgs& args, Console& console) {
   RoutesJob job = args.job;
-  if (args.given("--route") && !job.route) job.route = "";  // an empty name: the taught one
+  if (args.given("route") && !job.route) job.route = "";  // an empty name: the taught one
   const Result<NamedRoutes> found = edit_routes(job);
   if (!found) return fail_with(found.error(), console);
   for (const auto& [name, route] : *found)

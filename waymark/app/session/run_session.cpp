@@ -134,7 +134,7 @@ class SessionTasks final : public OperatorTasks {
     control_.note(input.usage());
     std::error_code ignored;
     if (job_.map.empty() && fs::exists(map_folder_ / "map.yaml", ignored))
-      control_.note(fmt::format("the map of an earlier session is in {0}: --map {0} begins with it",
+      control_.note(fmt::format("the map of an earlier session is in {0}: `map={0}` begins with it",
                                 map_folder_.string()));
   }
 
@@ -238,8 +238,8 @@ Result<bool> make_folder(const fs::path& folder) {
 
 Status check_session(const SessionJob& job) {
   if (job.replay.route.empty() || !job.map.empty()) return {};
-  return fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
-              "Give --map with the map that has this route.");
+  return fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "route"},
+              "Give `map` with the map that has this route.");
 }
 
 Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job, const JobControl& control) {
@@ -284,11 +284,10 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
 Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view, const GivenFlags& given) {
   const bool process = !setup.process.empty();
   FlagRefusals refused(given);
-  refused.flags(process, {"--images"}, "a robot that is a process sends pictures or does not",
-                "Leave it out.");
-  refused.flags(process || !view, {"--pace"}, "only a simulated robot that is watched keeps a pace",
-                "Add --view, and let the robot be simulated, or leave it out.");
-  refused.flags(words.job.driver == "lines", {"--speed-m-s"}, "the lines themselves say how fast",
+  refused.flags(process, {"images"}, "a robot that is a process sends pictures or does not", "Leave it out.");
+  refused.flags(process || !view, {"pace"}, "only a simulated robot that is watched keeps a pace",
+                "Add `view`, and let the robot be simulated, or leave it out.");
+  refused.flags(words.job.driver == "lines", {"speed_m_s"}, "the lines themselves say how fast",
                 "Leave it out.");
   const bool scripted = words.job.driver == "scripted" || words.job.driver == "page" || view;
   refuse_seed(process && !scripted, refused);

@@ -270,7 +270,7 @@ TEST(SessionChecks, ARouteIsOneOfAMapAndSuccessThatOfAllReplays) {
   SessionJob job;
   EXPECT_EQ(words(check_session(job)), "");
   job.replay.route = "kitchen";
-  EXPECT_THAT(words(check_session(job)), StartsWith("(--route): a lap that is taught has one route"));
+  EXPECT_THAT(words(check_session(job)), StartsWith("(route): a lap that is taught has one route"));
   job.map = "map";
   EXPECT_EQ(words(check_session(job)), "");
   SessionReport report;

@@ -172,15 +172,15 @@ Status check_teach(const TeachJob& job, const RobotSetup& setup) {
   const double most = robot.limits.speed_m_s;
   if (job.speed_m_s > most)
     return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
-                {.key = "--speed-m-s"},
+                {.key = "speed_m_s"},
                 "Give a lower speed, or change limits: speed_m_s in a robot's file of your own.");
   if (job.second_speed_m_s > most)
     return fail(ErrorCode::InvalidArgument, fmt::format("{} drives at most {:g} m/s", robot.name, most),
-                {.key = "--second-speed-m-s"}, "Give a lower speed.");
+                {.key = "second_speed_m_s"}, "Give a lower speed.");
   if (job.second_speed_m_s > 0 && (job.driver != "scripted" || !setup.process.empty()))
     return fail(ErrorCode::InvalidArgument,
                 "only the scripted driver of a simulated robot changes its speed by itself",
-                {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
+                {.key = "second_speed_m_s"}, "Leave it out, and drive at two speeds.");
   return check_recorded_images(setup.may_have_pictures(), job.images);
 }
 
@@ -191,7 +191,7 @@ Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, cons
 Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given) {
   const bool process = !setup.process.empty();
   FlagRefusals refused(given);
-  refused.flags(process || job.driver != "scripted", {"--wander-m", "--wander-time-s", "--overlap-m"},
+  refused.flags(process || job.driver != "scripted", {"wander_m", "wander_time_s", "overlap_m"},
                 "this is about the scripted driver of a simulated robot", "Leave it out.");
   refuse_seed(process && job.driver != "scripted", refused);
   return refused.status();

@@ -28,14 +28,14 @@ TEST(TeachChecks, SpeedsAreThoseOfTheRobotAndOfItsDriver) {
   RobotSetup setup = load_setup("circuit24", "limo", 1).value();
   EXPECT_EQ(words(check_teach({.output = "a.mcap"}, setup)), "");
   EXPECT_THAT(words(check_teach({.output = "a.mcap", .speed_m_s = 4}, setup)),
-              StartsWith("(--speed-m-s): limo drives at most "));
+              StartsWith("(speed_m_s): limo drives at most "));
   EXPECT_THAT(words(check_teach({.output = "a.mcap", .second_speed_m_s = 4}, setup)),
-              StartsWith("(--second-speed-m-s): limo drives at most "));
+              StartsWith("(second_speed_m_s): limo drives at most "));
   EXPECT_EQ(words(check_teach({.output = "a.mcap", .second_speed_m_s = 0.5}, setup)), "");
   EXPECT_THAT(words(check_teach({.output = "a.mcap", .driver = "keyboard", .second_speed_m_s = 0.5}, setup)),
               HasSubstr("only the scripted driver"));
   EXPECT_EQ(words(check_teach({.output = "a.mcap", .images = "jpeg"}, setup)),
-            "(--record-images): there are no pictures to record. Add --images.");
+            "(record_images): there are no pictures to record. Add `images`.");
   setup.process = RobotCommand("true");
   EXPECT_EQ(words(check_teach({.output = "a.mcap", .images = "jpeg"}, setup)), "") << "it may have some";
 }
@@ -43,7 +43,7 @@ TEST(TeachChecks, SpeedsAreThoseOfTheRobotAndOfItsDriver) {
 TEST(TeachChecks, TheNearestDriverIsNamed) {
   EXPECT_EQ(words(check_lap_driver("keyboard")), "");
   EXPECT_EQ(words(check_lap_driver("keybord")),
-            "(--driver): there is no driver 'keybord'. Did you mean 'keyboard'?");
+            "(driver): there is no driver 'keybord'. Did you mean 'keyboard'?");
 }
 
 TagId tag(int number) { return parse_tag_id("tag36h11:" + std::to_string(number)).value(); }

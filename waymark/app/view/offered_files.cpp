@@ -98,8 +98,8 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path, const JobCo
   if (path == "live" && !fs::exists(path, none))
     return fail(
         ErrorCode::InvalidArgument, "a robot is shown by the verb that runs it", {},
-        "For example `waymark run --world circuit24 --driver page --view -o session`, or `waymark demo "
-        "--view`.");
+        "For example `waymark run world=circuit24 driver=page view=true output=session`, or `waymark demo "
+        "view=true`.");
   if (!fs::exists(path, none))
     return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path});
   if (fs::is_directory(path, none)) {

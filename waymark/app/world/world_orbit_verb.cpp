@@ -32,7 +32,7 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
   console.print(args.json ? json_line(to_json(*report, world)) : to_text(*report, world));
   if (!args.output.empty()) {
     if (status = write_orbit(args.output, world, *report); !status) {
-      console.say(naming_flag(status.error()));
+      console.say(status.error());
       return ExitCode::SomeFailed;
     }
   }
