@@ -47,6 +47,8 @@ void LiveFeed::tell(const LiveStatus& status) {
   }
   told_ = status;
   status_waiting_ = status;
+  status_waiting_->reason = for_users_(status.reason);
+  status_waiting_->halted = for_users_(status.halted);
   hand_over();
 }
 

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -58,6 +59,9 @@ class LiveFeed {
   explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}
   void set_wake(std::function<void()> wake) { wake_ = std::move(wake); }  ///< before either side begins
   void set_words(ViewerWords words) { words_ = std::move(words); }        ///< before either side begins
+  /// How the reasons of tell() are written for viewers; as they are, unless it is said.
+  using ForUsers = std::function<std::string(std::string_view)>;
+  void set_for_users(ForUsers write) { for_users_ = std::move(write); }
   [[nodiscard]] const ViewerWords& words() const { return words_; }
 
   // The robot's side.
@@ -101,6 +105,7 @@ class LiveFeed {
 
   std::function<void()> wake_;
   ViewerWords words_{};
+  ForUsers for_users_ = [](std::string_view text) { return std::string(text); };
   std::atomic<bool> listening_{false};
   std::atomic<Control> control_{Control::Nobody};
   std::atomic<std::uint64_t> dropped_{0};

@@ -31,6 +31,16 @@ TEST(LiveFeed, StateAndTextsWaitForWhoComesLater) {
   EXPECT_EQ(feed.take().texts->version, 1u);
 }
 
+TEST(LiveFeed, ReasonsAreWrittenForUsers) {
+  LiveFeed feed;
+  feed.set_for_users([](std::string_view text) { return "<" + std::string(text) + ">"; });
+  feed.tell({.phase = "paused", .reason = "a", .halted = "b"});
+  const LiveStatus status = feed.take().status;
+  EXPECT_EQ(status.phase, "paused");
+  EXPECT_EQ(status.reason, "<a>");
+  EXPECT_EQ(status.halted, "<b>");
+}
+
 TEST(LiveFeed, AServerThatDoesNotComeCostsABoundedMemory) {
   LiveFeed feed;
   feed.set_listening(true);

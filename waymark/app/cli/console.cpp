@@ -249,6 +249,7 @@ JobControl control_from(Console& console) {
       console.live(now.words);
   };
   control.note = [&console](const std::string& words) { console.say(words); };
+  control.for_users = [&console](std::string_view text) { return console.text_for_users(text); };
   return control;
 }
 

@@ -77,6 +77,9 @@ class Console {
   void live(std::string_view line);
   void end_progress();
 
+  /// The text with the flags of the program for fields.
+  [[nodiscard]] std::string text_for_users(std::string_view text) const;
+
   /// Nobody can read the results any more: the reader closed the pipe, or writing failed. Stop working.
   [[nodiscard]] bool output_ended() const { return output_ != Output::Open; }
   /// `code`, unless results were lost: then SomeFailed, said in words. A reader who closed the pipe has seen
@@ -88,8 +91,6 @@ class Console {
   [[nodiscard]] bool time_to_redraw();
 
   enum class Output : std::uint8_t { Open, ClosedByReader, Failed };
-
-  [[nodiscard]] std::string text_for_users(std::string_view text) const;
 
   std::string verb_;
   HasFlag has_flag_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "waymark/base/error.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -36,6 +37,11 @@ struct JobControl {
   std::function<void(const JobProgress&)> progress = [](const JobProgress&) {};
   /// Rarely: a sentence about the input that the summary does not repeat.
   std::function<void(const std::string&)> note = [](const std::string&) {};
+  /// A text as it is shown to users beside the notes, on a page, say: the program writes its flags for
+  /// fields.
+  std::function<std::string(std::string_view)> for_users = [](std::string_view text) {
+    return std::string(text);
+  };
   /// True once the job is to end. It then fails and leaves what it would have written as it was before.
   std::function<bool()> cancelled = [] { return false; };
 
@@ -54,6 +60,7 @@ struct JobControl {
 /// The same without words: for a step of a job that shows its own.
 [[nodiscard]] inline JobControl silent(const JobControl& control) {
   JobControl quiet;
+  quiet.for_users = control.for_users;
   quiet.cancelled = control.cancelled;
   return quiet;
 }

@@ -118,6 +118,7 @@ Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const
   Result<ServerOptions> options = server_options(page, true);
   if (!options) return tl::unexpected(options.error());
   std::unique_ptr<LivePage> view(new LivePage);
+  view->feed_.set_for_users(control.for_users);
   options->feed = &view->feed_;
   options->robot_name = name;
   Result<HttpServer> server = HttpServer::listen(std::move(*options));
@@ -129,16 +130,26 @@ Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const
   return view;
 }
 
+namespace {
+
+Result<std::unique_ptr<LivePage>> for_users_of(const JobControl& control,
+                                               Result<std::unique_ptr<LivePage>> started) {
+  if (started) (*started)->feed().set_for_users(control.for_users);
+  return started;
+}
+
+}  // namespace
+
 Result<std::unique_ptr<LivePage>> LivePage::open(const ViewerOptions& viewers, const RobotSetup& setup,
                                                  const JobControl& control) {
-  if (viewers.ros2) return start_ros2(setup, viewers.ros_distro);
+  if (viewers.ros2) return for_users_of(control, start_ros2(setup, viewers.ros_distro));
   if (!viewers.view) return std::unique_ptr<LivePage>();
   return start(viewers.page, setup, control);
 }
 
 Result<std::unique_ptr<LivePage>> LivePage::open(const ViewerOptions& viewers, const std::string& name,
                                                  const JobControl& control) {
-  if (viewers.ros2) return start_ros2(viewers.ros_distro);
+  if (viewers.ros2) return for_users_of(control, start_ros2(viewers.ros_distro));
   if (!viewers.view) return std::unique_ptr<LivePage>();
   return start(viewers.page, name, control);
 }
