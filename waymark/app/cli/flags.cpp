@@ -57,9 +57,9 @@ std::string Settings::keys_text() const {
 }
 
 GivenFlags given_on(const CLI::App& app) {
-  return [&app](const char* field) {
-    const std::string name = field;
-    const CLI::Option* option = app.get_option_no_throw(name.starts_with('-') ? name : flag_name(name));
+  return [&app](const char* flag) {
+    const std::string name = std::string_view(flag).starts_with('-') ? flag : flag_name(flag);
+    const CLI::Option* option = app.get_option_no_throw(name);
     return option != nullptr && option->count() > 0;
   };
 }
