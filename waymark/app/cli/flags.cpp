@@ -58,7 +58,8 @@ std::string Settings::keys_text() const {
 
 GivenFlags given_on(const CLI::App& app) {
   return [&app](const char* flag) {
-    const CLI::Option* option = app.get_option_no_throw(flag);
+    const std::string name = std::string_view(flag).starts_with('-') ? flag : flag_name(flag);
+    const CLI::Option* option = app.get_option_no_throw(name);
     return option != nullptr && option->count() > 0;
   };
 }
@@ -71,9 +72,15 @@ std::vector<std::string> parts_of(std::string_view text) {
 
 }  // namespace
 
+void add_choice(CLI::App& app, const std::string& name) {
+  app.add_flag_callback(
+         name, [] {}, "Chooses this verb in a line that does not name it")
+      ->group(kMoreGroup);
+}
+
 std::string names_of(const JobField& field) {
-  if (field.is_input) return std::string(field.value_name.substr(0, field.value_name.find(' ')));
   const std::string also = field.alias.empty() ? "" : "," + flag_name(field.alias);
+  if (field.is_input) return std::string(field.value_name.substr(0, field.value_name.find(' '))) + also;
   return (field.name == "output" ? "-o," : "") + flag_name(field.name) + also;
 }
 
