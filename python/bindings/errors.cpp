@@ -1,10 +1,8 @@
 #include "python/bindings/errors.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <cstddef>
+#include <regex>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include <pybind11/stl.h>
@@ -31,29 +29,36 @@ const char* class_of(ErrorCode code) {
   return "Error";
 }
 
-/// Flags of the program as keywords of Python: --tag-size-m is tag_size_m.
-std::string with_keywords(std::string text) {
-  for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at)) {
-    const bool begins = at == 0 || std::string_view(" '(`").find(text[at - 1]) != std::string_view::npos;
-    std::size_t end = at + 2;
-    while (end < text.size() &&
-           (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '-'))
-      ++end;
-    if (!begins || end == at + 2) {
-      at += 2;
-      continue;
+/// Texts name fields between backticks: `tag_size_m` is a keyword of Python as it is. In a command of the
+/// program they are flags: `waymark map LAP extend=MAP` is `waymark map LAP --extend MAP`.
+std::string with_keywords(const std::string& text) {
+  static const std::regex kCommand("`waymark [^`]*`");
+  static const std::regex kField("`([a-z][a-z0-9_]*(=[^`]*)?)`");
+  static const std::regex kAssignment(" ([a-z][a-z0-9_]*)=(\\S*[^`\\s])");
+  std::string written;
+  auto from = text.cbegin();
+  for (std::sregex_iterator command(text.begin(), text.end(), kCommand), end; command != end; ++command) {
+    written += std::regex_replace(std::string(from, text.cbegin() + command->position()), kField, "$1");
+    for (std::string word = command->str(); !word.empty();) {
+      std::smatch found;
+      if (!std::regex_search(word, found, kAssignment)) {
+        written += word;
+        break;
+      }
+      std::string flag = found[1];
+      std::ranges::replace(flag, '_', '-');
+      written += found.prefix().str() + " --" + flag + (found[2] == "true" ? "" : " " + found[2].str());
+      word = found.suffix();
     }
-    std::replace(text.begin() + static_cast<std::ptrdiff_t>(at),
-                 text.begin() + static_cast<std::ptrdiff_t>(end), '-', '_');
-    text.erase(at, 2);
+    from = text.cbegin() + command->position() + command->length();
   }
-  return text;
+  return written + std::regex_replace(std::string(from, text.cend()), kField, "$1");
 }
 
 void raise(Error error) {
-  error.message = with_keywords(std::move(error.message));
-  error.hint = with_keywords(std::move(error.hint));
-  error.place.key = with_keywords(std::move(error.place.key));
+  error.message = with_keywords(error.message);
+  error.hint = with_keywords(error.hint);
+  error.place.key = with_keywords(error.place.key);
   const py::object type = py::module_::import("waymark.errors").attr(class_of(error.code));
   const py::object exception = type(to_string(error));
   exception.attr("message") = error.message;

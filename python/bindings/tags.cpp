@@ -11,8 +11,8 @@
 #include "python/bindings/errors.hpp"
 #include "python/bindings/options.hpp"
 #include "python/bindings/rooms.hpp"
-#include "waymark/tags/tag_finder.hpp"
 #include "waymark/tags/make_detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark::python {
 namespace {

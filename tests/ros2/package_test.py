@@ -58,7 +58,7 @@ class Package(unittest.TestCase):
     def test_rviz_configuration_shows_topics_that_are_published(self):
         manager = yaml.safe_load((PACKAGE / "rviz/waymark.rviz").read_text())["Visualization Manager"]
         topics = {display["Topic"]["Value"] for display in manager["Displays"] if "Topic" in display}
-        sources = "".join((PACKAGE.parent / "waymark/live" / name).read_text() for name in ("ros2_node.cpp", "ros2_robot_sim.cpp"))
+        sources = "".join((PACKAGE.parent / "waymark/app" / name).read_text() for name in ("live/ros2_node.cpp", "robot/ros2_robot_sim.cpp"))
         for topic in topics:
             self.assertIn(f'"{topic}"', sources)
         heard = {tool["Topic"]["Value"] for tool in manager["Tools"] if "Topic" in tool}

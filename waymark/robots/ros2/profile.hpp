@@ -94,8 +94,8 @@ struct Ros2Profile {
 /// Of a plain name the file in share/ros2, else of a path.
 [[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
 
-/// Restricts the options to the profile's interface, where neither ROS's environment nor a flag restricts
-/// them. Fails where no interface of this machine is that.
+/// Restricts the options to the profile's interface, where neither ROS's environment nor the user's RosPlace
+/// restricts them. Fails where no interface of this machine is that.
 [[nodiscard]] Status use_interface_of(const Ros2Profile& profile, BusOptions& options);
 
 /// How a program of the profile's robot joins the network: as ROS's environment says, on the profile's

@@ -54,7 +54,7 @@ struct RelayCounts {
                                                  const std::function<void(const std::string&)>& say,
                                                  const std::function<bool()>& should_stop);
 
-/// The same on a network that it joins, with a guard (zero_guard.hpp): to be called before this process has
+/// The same on a network that it joins, with a ZeroGuard: to be called before this process has
 /// threads. What it does, and in the end what it did, is said.
 [[nodiscard]] Status run_relay(const RelayOptions& options, const BusOptions& network,
                                const std::function<void(const std::string&)>& say,

@@ -527,7 +527,6 @@ EdgesByInner edges_by_growth(const InnerVector& x, double outwards) {
 
 namespace {
 
-
 /// Levels and blur are nearly those at the border; the pattern lies where the border says.
 InnerPrior prior_of(const TagEstimate& estimate, bool reversed) {
   const double step = std::abs(estimate.mean[kStep - kOwn]);
