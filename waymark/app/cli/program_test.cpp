@@ -133,7 +133,7 @@ TEST(Program, ValuesOutsideTheirRangeAreUsageErrors) {
 
 TEST(Program, MisspeltWordsGetTheNearestOne) {
   EXPECT_EQ(run({"shwo"}).err, "prog: unknown verb 'shwo'. Did you mean 'show'? See `prog --help`.\n");
-  EXPECT_THAT(run({"xyzzy"}).err, HasSubstr("Known: show, throw, deep, usual."));
+  EXPECT_THAT(run({"xyzzy"}).err, HasSubstr("Known: show, throw, deep, usual, beside."));
   EXPECT_EQ(run({"deep", "sow"}).err,
             "prog deep: unknown verb 'sow'. Did you mean 'show'? See `prog deep --help`.\n");
   EXPECT_EQ(run({"show", "--tag-size", "1"}).err,
