@@ -19,7 +19,7 @@
 namespace waymark {
 namespace {
 
-/// The tags of a board as `waymark tags board --style separate` draws it: numbers from the lower left to the
+/// The tags of a board as `waymark tags board style=separate` draws it: numbers from the lower left to the
 /// right, then up. Origin in its middle, x right, y down.
 TagMap board_of_tags(const TargetOptions& board) {
   const double pitch_m = board.tag_size_m * (1 + board.spacing);

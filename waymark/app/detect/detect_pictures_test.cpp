@@ -208,7 +208,7 @@ TEST_F(DetectPictures, AreScoredAgainstTheTruth) {
   EXPECT_FALSE(evaluate_detections(job, finder_, {}));
 }
 
-/// Six by five tags of 4 cm, projected without noise, as `waymark detect --json` writes them.
+/// Six by five tags of 4 cm, projected without noise, as detect writes them as JSON.
 std::string board_detections(const CameraModel& camera, int pictures) {
   const TargetOptions board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
   const TagMap tags = CalibrationTarget::make(board)->tags();
