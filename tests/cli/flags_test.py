@@ -39,7 +39,7 @@ EFFECTIVE = set("""
 --remove-station --prior --extend --tagslam --anchor-pose --base-frame --camera-frame --camera-topic --odometry-topic --imu-topic --sensor-pose
 --start --annotate --camera --no-refine --images --faults --taught --remove --margin-m --per-page --spacing --first-id --most-tags --height-m
 --duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --ros-distro --stamped --count --seconds --skip-lifted --simulated --share-commands --listen-only --sdf --models --plant --tag-at-m --guided
---wire-noise --wire-dropped --wire-torn --mbot-generation --resume
+--wire-noise --wire-dropped --wire-torn --mbot-generation --resume --target
 """.split())
 
 # (verb, flag): a command line on which the flag would have no effect, and which is refused for it.
