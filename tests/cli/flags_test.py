@@ -21,8 +21,11 @@ MOST = 20  # flags that --help shows
 NEEDS = {
     "demo": "-o demo", "teach": "--world circuit24 -o lap.mcap", "map": "lap.mcap -o map", "replay": "map --world circuit24",
     "optimize": "map", "run": "--world circuit24 --driver scripted -o session", "explore": "", "localize": "lap.mcap --map map",
-    "simulate": "--like lap.mcap -o like.mcap", "robot-sim": "--world circuit24", "detect": "photograph.png", "evaluate": "est.txt ref.txt",
+    "simulate": "--like lap.mcap -o like.mcap", "robot-sim process": "--world circuit24",
+    "robot-sim ros2": "--world circuit24", "robot-sim limo": "--world circuit24", "robot-sim mbot": "--world circuit24",
+    "robot-sim gazebo": "limo --world circuit24", "detect": "photograph.png", "evaluate": "est.txt ref.txt",
     "evaluate detections": "--truth truth.csv", "calibrate camera": "photograph.png --cols 2 --rows 2 --tag-size-m 0.1",
+    "calibrate guided": "walk.mp4 --cols 2 --rows 2 --tag-size-m 0.1",
     "calibrate robot": "lap.mcap", "tags sheet": "--ids 0 -o tags.pdf", "tags board": "-o board.pdf", "world new": "--path line.csv -o world.yaml",
     "world orbit": "circuit24", "convert": "lap.mcap path.tum"}
 
@@ -36,6 +39,7 @@ EFFECTIVE = set("""
 --remove-station --prior --extend --tagslam --anchor-pose --base-frame --camera-frame --camera-topic --odometry-topic --imu-topic --sensor-pose
 --start --annotate --camera --no-refine --images --faults --taught --remove --margin-m --per-page --spacing --first-id --most-tags --height-m
 --duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --ros-distro --stamped --count --seconds --skip-lifted --simulated --share-commands --listen-only --sdf --models --plant --tag-at-m --guided
+--wire-noise --wire-dropped --wire-torn --mbot-generation --resume --target
 """.split())
 
 # (verb, flag): a command line on which the flag would have no effect, and which is refused for it.
@@ -66,9 +70,7 @@ WITHOUT_EFFECT = {
     ("run", "--route"): f"{NEEDS['run']} --route kitchen",
     ("run", "--anchor"): f"{NEEDS['run']} --anchor 0",
     ("run", "--tag-size-m"): f"{NEEDS['run']} --tag-size-m 0.16",
-    ("robot-sim", "--pace"): f"{NEEDS['robot-sim']} --pace 2",
-    **{("robot-sim", flag): f"{NEEDS['robot-sim']} {flag} {value}" for flag, value in (
-        ("--beside", "fifo"), ("--wire-noise", "0.1"), ("--wire-dropped", "0.1"), ("--wire-torn", "0.1"), ("--mbot-generation", "pi5"))},
+    ("robot-sim process", "--pace"): f"{NEEDS['robot-sim process']} --pace 2",
     ("detect", "--covariance"): "photograph.png --covariance",
     ("detect", "--camera-name"): "photograph.png --camera-name left",
     ("evaluate", "--map"): "est.txt ref.txt --map map.yaml",
@@ -82,11 +84,8 @@ WITHOUT_EFFECT = {
     ("calibrate camera", "--family"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --family tag16h5",
     ("calibrate camera", "--no-refine"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --no-refine",
     ("calibrate camera", "--spacing"): "photograph.png --map map.yaml --spacing 0.2",
-    ("calibrate camera", "--resume"): f"{NEEDS['calibrate camera']} --resume views",
-    ("calibrate camera", "--format"): f"{NEEDS['calibrate camera']} --format ros",
-    ("calibrate camera", "--force"): f"{NEEDS['calibrate camera']} --force",
-    **{("calibrate camera", flag): f"{NEEDS['calibrate camera']} {flag} {value}" for flag, value in (
-        ("--square-size-m", "0.1"), ("--marker-size-m", "0.1"), ("--dictionary", "4x4_50"), ("--legacy-pattern", ""))},
+    **{(verb, flag): f"{NEEDS[verb]} {flag} {value}" for verb in ("calibrate camera", "calibrate guided") for flag, value in (
+        ("--format", "ros"), ("--force", ""), ("--square-size-m", "0.1"), ("--marker-size-m", "0.1"), ("--dictionary", "4x4_50"), ("--legacy-pattern", ""))},
     ("calibrate camera", "--target"): "photograph.png --map map.yaml --target charuco",
     **{("tags board", flag): f"{NEEDS['tags board']} --tag-size-m 0.02 {flag} {value}" for flag, value in (
         ("--square-size-m", "0.1"), ("--marker-size-m", "0.1"), ("--dictionary", "4x4_50"), ("--legacy-pattern", ""), ("--tiled", ""))},
@@ -135,22 +134,34 @@ WITHOUT_EFFECT = {
     ("convert", "--camera-size"): f"{NEEDS['convert']} --camera-size 640x480",
     ("localize", "--record-images"): "lap.mcap --map map --record-images jpeg",
     **{("detect", flag): f"photograph.png {flag} {value}" for flag, value in SERVED.items()},
-    **{("calibrate camera", flag): f"{NEEDS['calibrate camera']} {flag} {value}" for flag, value in SERVED.items()},
+    **{("calibrate guided", flag): f"{NEEDS['calibrate guided']} {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view: its flags always count.
     **{("view", flag): "" for flag in SERVED}}
+
+# A line that names no sub-verb, with a flag that the one it is read as does not have; that one, and the one that has the flag.
+OF_ANOTHER_VERB = [
+    *((f"robot-sim --world circuit24 {words}", flag, f"robot-sim {meant}", f"robot-sim {owner}") for words, flag, meant, owner in (
+        ("--beside fifo", "--beside", "process", "limo"), ("--wire-noise 0.1", "--wire-noise", "process", "limo"),
+        ("--mbot-generation pi5", "--mbot-generation", "process", "mbot"), ("--plant process:true", "--plant", "process", "ros2"),
+        ("--domain 3", "--domain", "process", "ros2"), ("--ros2 --lockstep", "--lockstep", "ros2", "process"),
+        ("--limo --pace 2", "--pace", "limo", "process"), ("--limo --ros2", "--ros2", "limo", "ros2"), ("--gazebo limo --localhost", "--localhost", "gazebo", "ros2"),
+        ("--mbot udpm://239.255.76.67:7667?ttl=0 --gazebo limo", "--gazebo", "mbot", "gazebo"))),
+    ("calibrate camera photograph.png --view", "--view", "calibrate camera", "calibrate guided"),
+    ("calibrate camera walk.mp4 --guided --map map.yaml", "--map", "calibrate guided", "calibrate camera"),
+    ("calibrate camera v4l2:/dev/video0 --detections tags.jsonl", "--detections", "calibrate guided", "calibrate camera"),
+    ("calibrate camera walk.mp4 --resume views --fastest-px-s 3", "--fastest-px-s", "calibrate guided", "calibrate camera")]
 
 # (verb, section): a command line on which none of its options would have an effect. With keys: these alone.
 DETECTIONS = {"evaluate detections": "--truth truth.csv --detections tags.jsonl",
               "calibrate camera": "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1"}
 FOLLOWER = {"reach_m", "damping", "integral_most_m", "approach_rad"}
 IDLE = [
-    *((verb, section, NEEDS[verb], None) for verb in ("demo", "teach", "replay", "run", "explore", "simulate", "robot-sim")
+    *((verb, section, NEEDS[verb], None) for verb in ("demo", "teach", "replay", "run", "explore", "simulate", "robot-sim process", "robot-sim limo")
       for section in ("camera", "scene")),
     *((verb, section, words, None) for verb, words in DETECTIONS.items() for section in ("detector", "refinement")),
     ("calibrate camera", "views", DETECTIONS["calibrate camera"], None),
-    ("calibrate camera", "guide", NEEDS["calibrate camera"], None),
     *(("convert", section, NEEDS["convert"], None) for section in ("detector", "refinement")),
-    *((verb, "refinement", f"{NEEDS[verb]} --no-refine", None) for verb in ("detect", "calibrate camera")),
+    *((verb, "refinement", f"{NEEDS[verb]} --no-refine", None) for verb in ("detect", "calibrate camera", "calibrate guided")),
     *(("map", section, "walk.mp4 -o map --camera camera.yaml --tag-size-m 0.1", None) for section in ("chain", "points", "route")),
     *(("map", section, f"{NEEDS['map']} --tagslam folder", None) for section in ("chain", "points", "route", "detector", "refinement")),
     ("map", "bundle", f"{NEEDS['map']} --method chain", None),
@@ -285,6 +296,12 @@ class Flags(InFolder):
             self.assertIn(flag, flags_of(help_of(verb, "--help-all")), verb)
             if words:
                 self.refused(verb, words.split(), flag)
+
+    def test_a_flag_of_another_verb_is_refused_and_that_verb_is_named(self):
+        for words, flag, meant, owner in OF_ANOTHER_VERB:
+            outcome = self.run_here(*words.split())
+            self.assertEqual((outcome.code, outcome.out), (2, ""), f"waymark {words}\n{outcome.err}")
+            self.assertIn(f"unknown flag '{flag}' of `waymark {meant}`: it is one of `waymark {owner}`.", outcome.err, words)
 
     def test_a_flag_of_videos_without_what_it_is_about_is_refused(self):
         self.fill()

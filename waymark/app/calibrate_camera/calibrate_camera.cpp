@@ -230,7 +230,7 @@ Result<SeenPictures> from_detections(const std::string& path) {
 
 Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
-  if (const std::string words = words_of_untried_lenses(job); !words.empty()) control.note(words);
+  if (const std::string words = words_of_untried_lenses(job.fit); !words.empty()) control.note(words);
   const TagFinder reader = no_tags();
   Result<SeenPictures> seen =
       job.detections.empty() ? PictureChoice(job, target, control).read(target.is_board() ? reader : finder)
@@ -239,10 +239,10 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
   if (seen->names.empty())
     return fail(
         ErrorCode::NotFound, "no picture shows the board, or none could be read", {},
-        "Check what the board is (--target, --cols, --rows, --dictionary), and that it stands still now "
+        "Check what the board is (`target`, `cols`, `rows`, `dictionary`), and that it stands still now "
         "and then.");
-  const auto lens = lens_model(job.lens);  // nothing: auto
-  const CameraCalibrationOptions options = fit_options(job);
+  const auto lens = lens_model(job.fit.lens);  // nothing: auto
+  const CameraCalibrationOptions options = fit_options(job.fit);
   Result<CameraCalibration> found =
       target.is_board()
           ? calibrate_camera(seen->marks, seen->width_px, seen->height_px, lens, options)
@@ -263,7 +263,7 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
 namespace {
 
 /// PhotonVision writes JSON, the others YAML; whose YAML it is, the ending does not tell.
-std::string format_of(const CalibrateCameraJob& job) {
+std::string format_of(const CameraFitJob& job) {
   if (!job.format.empty()) return job.format;
   return job.output.ends_with(".json") ? "photonvision" : "waymark";
 }
@@ -303,7 +303,7 @@ Status write_as(const std::string& format, const std::string& path, const NamedC
   return text ? write_text_file(path, *text) : Status(tl::unexpected(text.error()));
 }
 
-Status write_ours(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
+Status write_ours(const CameraFitJob& job, const CalibrateCameraReport& report) {
   Calibration calibration = to_calibration(report.found);
   calibration.provenance.insert(calibration.provenance.begin(),
                                 {"pictures", fmt::format("{}", report.pictures.size())});
@@ -311,7 +311,7 @@ Status write_ours(const CalibrateCameraJob& job, const CalibrateCameraReport& re
 }
 
 /// Whether the output can hold the lens: tried on a camera with it.
-Status check_format_holds(const CalibrateCameraJob& job, LensModel lens) {
+Status check_format_holds(const CameraFitJob& job, LensModel lens) {
   if (job.output.empty() || format_of(job) == "waymark") return {};
   constexpr int kSide_px = 100;
   Eigen::VectorXd parameters = Eigen::VectorXd::Zero(std::ssize(parameter_names(lens)));
@@ -321,11 +321,11 @@ Status check_format_holds(const CalibrateCameraJob& job, LensModel lens) {
   const auto text =
       text_as(format_of(job), {.name = "cam0", .camera = *camera}, {.found = {.camera = *camera}});
   if (text) return {};
-  return fail(ErrorCode::InvalidArgument, text.error().message, {.key = "--lens"}, text.error().hint);
+  return fail(ErrorCode::InvalidArgument, text.error().message, {.key = "lens"}, text.error().hint);
 }
 
 /// The ending of the output must not promise another format.
-Status check_ending(const CalibrateCameraJob& job) {
+Status check_ending(const CameraFitJob& job) {
   const std::filesystem::path output(job.output);
   if (job.output.empty() || is_device(job.output)) return {};
   const std::string ending = output.extension().string();
@@ -335,17 +335,30 @@ Status check_ending(const CalibrateCameraJob& job) {
   return fail(ErrorCode::InvalidArgument,
               fmt::format("{} is no name for a calibration{}", job.output,
                           job.format.empty() ? "" : " of the format " + job.format),
-              {.key = "--output"}, "End it in .yaml, or in .json for PhotonVision.");
+              {.key = "output"}, "End it in .yaml, or in .json for PhotonVision.");
 }
 
 }  // namespace
 
-const std::vector<std::string>& calibration_formats() {
-  static const std::vector<std::string> all = {"waymark", "ros", "kalibr", "photonvision", "opencv"};
-  return all;
+void refuse_without_output(const CameraFitJob& fit, FlagRefusals& refused) {
+  refused.flags(fit.output.empty(), {"format"}, "this is about `output`", "Give `output`, or leave it out.");
+  refused.flags(fit.output.empty() && fit.camera_info.empty(), {"force"}, "nothing is written",
+                "Give `output`, or leave it out.");
 }
 
-Status check_outputs(const CalibrateCameraJob& job) {
+Status check_job(const CalibrateCameraJob& job, const GivenFlags& given) {
+  FlagRefusals refused(given);
+  refused.flags(!job.detections.empty(), {"recursive"}, "with `detections` nothing is detected",
+                "Leave it out, or give pictures.");
+  refused.flags(!job.target.map.empty(), {"spacing", "first_id", "target"},
+                "this is about a board, and `map` names a map", "Leave it out.");
+  refuse_without_output(job.fit, refused);
+  refuse_of_other_targets(job.target, refused);
+  if (!refused.status() || job.sources.empty() != job.detections.empty()) return refused.status();
+  return fail(ErrorCode::InvalidArgument, "give either pictures, or `detections` with what was detected");
+}
+
+Status check_outputs(const CameraFitJob& job) {
   if (const Status fits = check_ending(job); !fits) return fits;
   if (const Status free =
           job.output.empty() || format_of(job) != "waymark" ? Status() : check_calibration_place(job.output);
@@ -359,24 +372,24 @@ Status check_outputs(const CalibrateCameraJob& job) {
   return lens ? check_format_holds(job, *lens) : Status();
 }
 
-CameraCalibrationOptions fit_options(const CalibrateCameraJob& job) {
+CameraCalibrationOptions fit_options(const CameraFitJob& job) {
   CameraCalibrationOptions options = job.options;
   for (const LensModel lens : lens_models())
     if (check_format_holds(job, lens)) options.lenses.push_back(lens);
   return options;
 }
 
-std::string words_of_untried_lenses(const CalibrateCameraJob& job) {
+std::string words_of_untried_lenses(const CameraFitJob& job) {
   std::vector<std::string_view> untried;
   if (lens_model(job.lens)) return {};
   for (const LensModel lens : lens_models())
     if (!check_format_holds(job, lens)) untried.push_back(to_string(lens));
   if (untried.empty()) return {};
-  return fmt::format("not tried, because the format {} does not hold it: --lens {}", format_of(job),
+  return fmt::format("not tried, because the format {} does not hold it: `lens={}`", format_of(job),
                      fmt::join(untried, ", "));
 }
 
-Status write_camera_calibration(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
+Status write_camera_calibration(const CameraFitJob& job, const CalibrateCameraReport& report) {
   const NamedCamera camera{.name = "cam0", .camera = report.found.camera};
   if (!job.output.empty()) {
     const std::string format = format_of(job);

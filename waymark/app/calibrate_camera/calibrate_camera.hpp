@@ -57,31 +57,19 @@ struct StampedMarks {
 [[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
-struct CalibrateCameraJob {
-  std::vector<std::string> sources{};  ///< pictures of the board …
-  bool recursive = false;
-  std::string detections{};  ///< … or what `waymark detect --json --covariance` wrote; -: standard input
-  TargetDescription target{};
+/// How a camera is fitted to its views, wherever they come from, and what is written.
+struct CameraFitJob {
   std::string lens = "auto";
-  std::string output{};       ///< calibration.yaml; empty: none
-  std::string format{};       ///< of the output, one of calibration_formats(); empty: by its ending
+  std::string output{};  ///< calibration.yaml; empty: none
+  /// Of the output: waymark (calibration.yaml: each number with its standard deviation), ros, kalibr,
+  /// photonvision, opencv; empty: by its ending.
+  std::string format{};
   std::string camera_info{};  ///< the camera as ROS writes it; empty: none
   bool force = false;         ///< outputs may replace files
   CameraCalibrationOptions options{};
-  VideoViewOptions views{};  ///< which pictures of a video count
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.sources, JobField("sources SOURCE",
-                                 "Pictures of the board: files, folders, quoted patterns, recordings, "
-                                 "videos; or a live camera such as v4l2:/dev/video0")
-                            .input());
-    visit(self.detections, JobField("detections FILE",
-                                    "Use this output of `waymark detect --json --covariance` instead of "
-                                    "pictures; - is standard input")
-                               .less());
-    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively").less());
-    TargetDescription::fields(self.target, visit);
     visit(
         self.lens,
         JobField("lens NAME",
@@ -93,12 +81,42 @@ struct CalibrateCameraJob {
                                 "PhotonVision's (.json), or as --format says"));
     visit(self.format, JobField("format NAME",
                                 "Format of --output: waymark, ros (camera_info), kalibr (camchain), "
-                                "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)"));
+                                "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)")
+                           .one_of("waymark,ros,kalibr,photonvision,opencv"));
     visit(self.camera_info,
           JobField("camera_info FILE", "Calibration file to write in the format of ROS camera_info").less());
     visit(self.force, JobField("force", "Replace a file that is there").less());
   }
 };
+
+/// Refuses fields that are given and have no effect without an output.
+void refuse_without_output(const CameraFitJob& fit, FlagRefusals& refused);
+
+struct CalibrateCameraJob {
+  std::vector<std::string> sources{};  ///< pictures of the board …
+  bool recursive = false;
+  std::string detections{};  ///< … or the JSON of detect, with the corners' covariance; -: standard input
+  TargetOptions target{};
+  CameraFitJob fit{};
+  VideoViewOptions views{};  ///< which pictures of a video count
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sources, JobField("sources SOURCE",
+                                 "Pictures of the board: files, folders, quoted patterns, recordings, videos")
+                            .input());
+    visit(self.detections, JobField("detections FILE",
+                                    "Use this output of `waymark detect --json --covariance` instead of "
+                                    "pictures; - is standard input")
+                               .less());
+    visit(self.recursive, JobField("recursive", "Search folders for pictures recursively").less());
+    TargetOptions::fields(self.target, visit);
+    CameraFitJob::fields(self.fit, visit);
+  }
+};
+
+/// Fails unless either pictures or detections are named, and on fields that are given and have no effect.
+[[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFlags& given);
 
 struct CalibrateCameraReport {
   CameraCalibration found;
@@ -107,28 +125,23 @@ struct CalibrateCameraReport {
   std::string marks_word = "tags";      ///< what a mark of the target is: "tags" or "corners"
 };
 
-/// "waymark" (calibration.yaml: each number with its standard deviation), "ros", "kalibr", "photonvision",
-/// "opencv".
-[[nodiscard]] const std::vector<std::string>& calibration_formats();
-/// Fails when an output of the job cannot be written, or its format does not hold the lens, before anything
-/// is read.
-[[nodiscard]] Status check_outputs(const CalibrateCameraJob& job);
+/// Fails when an output cannot be written, or its format does not hold the lens, before anything is read.
+[[nodiscard]] Status check_outputs(const CameraFitJob& job);
 
-/// How the camera of a job is fitted: with `auto` only lenses that the format of the output holds.
-[[nodiscard]] CameraCalibrationOptions fit_options(const CalibrateCameraJob& job);
-/// Which lenses `auto` leaves out for the sake of the format, in words; empty: none.
-[[nodiscard]] std::string words_of_untried_lenses(const CalibrateCameraJob& job);
+/// How the camera is fitted: with the lens "auto" only lenses that the format of the output holds.
+[[nodiscard]] CameraCalibrationOptions fit_options(const CameraFitJob& job);
+/// Which lenses "auto" leaves out for the sake of the format, in words; empty: none.
+[[nodiscard]] std::string words_of_untried_lenses(const CameraFitJob& job);
 
 /// Finds the target, its tags with the finder, where pictures are given, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
                                                              const CalibrationTarget& target,
                                                              const TagFinder& finder,
                                                              const JobControl& control);
-[[nodiscard]] Status write_camera_calibration(const CalibrateCameraJob& job,
-                                              const CalibrateCameraReport& report);
+[[nodiscard]] Status write_camera_calibration(const CameraFitJob& job, const CalibrateCameraReport& report);
 /// Standard deviation of a parameter.
 [[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
-/// The contract of `waymark calibrate camera --json` (docs/reference/cli.md).
+/// The contract of the JSON output of calibrate camera (docs/reference/cli.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const CalibrateCameraReport& report);
 
 /// Numbers with their standard deviations, lenses tried, pictures, parts of the image, advice.

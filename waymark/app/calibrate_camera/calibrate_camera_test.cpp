@@ -76,40 +76,38 @@ TEST(VideoViews, ThereAreNoMoreThanAskedFor) {
   EXPECT_TRUE(choose_views({}, 800).empty());
 }
 
-CalibrateCameraJob job_of(const std::string& output, const std::string& format = "") {
+CameraFitJob job_of(const std::string& output, const std::string& format = "") {
   return {.output = output, .format = format};
 }
 
 TEST(FitOptions, AnAutomaticLensIsOneThatTheFormatHolds) {
-  for (const CalibrateCameraJob& job : {job_of("a.json"), job_of("a.yaml", "photonvision")}) {
+  for (const CameraFitJob& job : {job_of("a.json"), job_of("a.yaml", "photonvision")}) {
     EXPECT_THAT(fit_options(job).lenses, Not(Contains(LensModel::Equidistant)));
     EXPECT_THAT(fit_options(job).lenses, Contains(LensModel::Rational8));
   }
   EXPECT_THAT(fit_options(job_of("a.yaml", "kalibr")).lenses, Not(Contains(LensModel::Rational8)));
   EXPECT_THAT(fit_options(job_of("a.yaml", "kalibr")).lenses, Contains(LensModel::Equidistant));
-  for (const CalibrateCameraJob& job : {job_of("a.yaml"), job_of(""), job_of("a.yaml", "ros")})
+  for (const CameraFitJob& job : {job_of("a.yaml"), job_of(""), job_of("a.yaml", "ros")})
     EXPECT_EQ(fit_options(job).lenses, lens_models()) << job.format;
 }
 
 TEST(FitOptions, WhatIsNotTriedIsNamed) {
   EXPECT_THAT(words_of_untried_lenses(job_of("a.json")),
-              HasSubstr("photonvision does not hold it: --lens equidistant"));
+              HasSubstr("photonvision does not hold it: `lens=equidistant`"));
   EXPECT_EQ(words_of_untried_lenses(job_of("a.yaml")), "");
-  CalibrateCameraJob chosen = job_of("a.json");
+  CameraFitJob chosen = job_of("a.json");
   chosen.lens = "radtan5";
   EXPECT_EQ(words_of_untried_lenses(chosen), "");
 }
 
 TEST(CheckOutputs, AnEndingPromisesNoOtherFormat) {
-  for (const CalibrateCameraJob& job :
-       {job_of("x.txt"), job_of("x.json", "ros"), job_of("x.yaml", "photonvision")})
+  for (const CameraFitJob& job : {job_of("x.txt"), job_of("x.json", "ros"), job_of("x.yaml", "photonvision")})
     EXPECT_THAT(to_string(check_outputs(job).error()), HasSubstr("is no name for a calibration"))
         << job.output;
-  for (const CalibrateCameraJob& job :
-       {job_of("x.yml"), job_of("x.json"), job_of("x.yaml", "ros"), job_of("")})
+  for (const CameraFitJob& job : {job_of("x.yml"), job_of("x.json"), job_of("x.yaml", "ros"), job_of("")})
     EXPECT_TRUE(check_outputs(job)) << job.output;
   EXPECT_EQ(to_string(check_outputs(job_of("x.txt", "ros")).error()),
-            "(--output): x.txt is no name for a calibration of the format ros. End it in .yaml, or in .json "
+            "(output): x.txt is no name for a calibration of the format ros. End it in .yaml, or in .json "
             "for PhotonVision.");
 }
 
@@ -127,7 +125,7 @@ TEST(CalibrateVideo, TheStopsAreTakenAndGiveTheFocalLength) {
   const CameraModel truth =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
   const std::filesystem::path folder = testing::fresh_folder("jobs_calibrate_video");
-  CalibrateCameraJob job{.target = {.columns = 5, .rows = 4, .tag_size_m = 0.04}, .lens = "none"};
+  CalibrateCameraJob job{.target = {.columns = 5, .rows = 4, .tag_size_m = 0.04}, .fit = {.lens = "none"}};
   const CalibrationTarget target = CalibrationTarget::make(job.target).value();
   auto writer = VideoWriter::create(folder / "board.mp4", 640, 480, {.quality = 12});
   if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());

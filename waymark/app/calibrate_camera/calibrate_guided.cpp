@@ -59,13 +59,13 @@ void lock_controls(LiveCamera& camera, const JobControl& control) {
     control.note(fmt::format("automatic until now, held from here on: {}", fmt::join(locked, ", ")));
 }
 
-Status from_camera(const GuidedRun& run, GuidedCalibration& guided, const JobControl& control) {
-  auto camera = open_live_camera(run.job.sources.front());
+Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, const JobControl& control) {
+  auto camera = open_live_camera(job.sources.front());
   if (!camera) return tl::unexpected(camera.error());
   control.note((*camera)->description());
   lock_controls(**camera, control);
   Result<std::unique_ptr<LivePage>> view = std::unique_ptr<LivePage>();
-  if (run.view) view = LivePage::start(run.page, (*camera)->description(), control);
+  if (job.view) view = LivePage::start(job.page, (*camera)->description(), control);
   if (!view) return tl::unexpected(view.error());
   const std::optional<PoseSetup> no_poses;
   std::unique_ptr<CameraPage> page;
@@ -78,7 +78,7 @@ Status from_camera(const GuidedRun& run, GuidedCalibration& guided, const JobCon
     const bool told = teller.tell(seen.frame.stamp, *taken);
     if (page == nullptr) return {};
     if (told) page->say(to_text(guided.status()));
-    page->guide(to_json(guided.status(), run.options), *taken);
+    page->guide(to_json(guided.status(), job.guide), *taken);
     page->show(seen, {});
     return {};
   };
@@ -91,12 +91,12 @@ Status from_camera(const GuidedRun& run, GuidedCalibration& guided, const JobCon
   return end ? Status() : Status(tl::unexpected(end.error()));
 }
 
-Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobControl& control) {
+Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, const JobControl& control) {
   Status status;
   Teller teller(guided, control);
   const TagFinder nothing = no_tags();
   const DetectSummary summary = detect_all(
-      find_inputs(run.job.sources, run.job.recursive), nothing, nullptr, control,
+      find_inputs(job.sources, job.recursive), nothing, nullptr, control,
       [&](std::size_t index, const PictureReport& report, const ImageView& image) {
         if (!report.detected) return true;
         const auto taken = guided.take(report.stamp.value_or(SensorTime(std::chrono::seconds(index))), image);
@@ -111,59 +111,46 @@ Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobCont
   return status;
 }
 
-}  // namespace
-
-Status check_sources(const CalibrateCameraWords& words) {
-  if (words.job.sources.empty() != words.job.detections.empty()) return {};
-  if (words.job.sources.empty() && (words.guided || !words.folder.empty()))
-    return fail(
-        ErrorCode::InvalidArgument, "what the views are taken from is not said",
-        {.key = words.folder.empty() ? "--guided" : "--resume"},
-        "Name a live camera, such as v4l2:/dev/video0, or a video. The views of an earlier calibration "
-        "alone are pictures: give their folder in place of a camera.");
-  return fail(ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected");
-}
-
-Status check_effects(const CalibrateCameraWords& words, bool live, const GivenFlags& given) {
-  const CalibrateCameraJob& job = words.job;
-  const bool guided = live || words.guided;
-  FlagRefusals refused(given);
-  refused.flags(!job.detections.empty(), {"--recursive"}, "with --detections nothing is detected",
-                "Leave it out, or give pictures.");
-  refused.flags(!job.target.map.empty(), {"--spacing", "--first-id", "--target"},
-                "this is about a board, and --map names a map", "Leave it out.");
-  refused.flags(job.output.empty(), {"--format"}, "this is about --output", "Give -o, or leave it out.");
-  refused.flags(job.output.empty() && job.camera_info.empty(), {"--force"}, "nothing is written",
-                "Give -o, or leave it out.");
-  Status status = refused.status() ? check_effects(job.target, given) : refused.status();
-  if (status) status = check_sources(words);
-  if (!status) return status;
-  refused.flags(!live, {"--view"}, "this is about live cameras", "Leave it out.");
-  refused.flags(!guided, {"--resume"}, "only a guided calibration keeps its views", kGuided);
-  refused.flags(guided, {"--map", "--detections"}, "a guided calibration is for boards", "Leave it out.");
-  return refused.status() && words.guided && !live ? check_guided_sources(job) : refused.status();
-}
-
-Status check_guided_sources(const CalibrateCameraJob& job) {
+Status check_pictures_follow(const CalibrateGuidedJob& job) {
   for (const Input& input : find_inputs(job.sources, job.recursive))
     if (!input.error && !looks_like_recording(input.path) && !looks_like_video(input.path))
       return fail(ErrorCode::InvalidArgument,
                   fmt::format("{} is a picture: a guided calibration takes its views from a live camera, a "
                               "video or a recording",
                               input.path),
-                  {.key = "--guided"}, "Leave --guided out: all pictures are used.");
+                  {}, "`waymark calibrate camera` takes all pictures.");
   return {};
 }
 
-Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, const JobControl& control) {
-  if (const std::string words = words_of_untried_lenses(run.job); !words.empty()) control.note(words);
-  GuidedCalibration guided(run.job, run.target, run.finder, run.options, run.folder);
+}  // namespace
+
+Status check_job(const CalibrateGuidedJob& job, const GivenFlags& given) {
+  const auto live = is_only_camera(job.sources);
+  if (!live) return tl::unexpected(live.error());
+  FlagRefusals refused(given);
+  refuse_without_output(job.fit, refused);
+  refuse_of_other_targets(job.target, refused);
+  refused.flags(!*live, {"view"}, "this is about live cameras", "Leave it out.");
+  if (!refused.status()) return refused.status();
+  if (job.sources.empty())
+    return fail(
+        ErrorCode::InvalidArgument, "what the views are taken from is not said",
+        {.key = job.folder.empty() ? "" : "resume"},
+        "Name a live camera, such as v4l2:/dev/video0, or a video. The views of an earlier calibration "
+        "alone are pictures: give their folder to `waymark calibrate camera`.");
+  return *live ? Status() : check_pictures_follow(job);
+}
+
+Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job, const CalibrationTarget& target,
+                                               const TagFinder& finder, const JobControl& control) {
+  if (const std::string words = words_of_untried_lenses(job.fit); !words.empty()) control.note(words);
+  GuidedCalibration guided(job.fit, target, finder, job.guide, job.folder);
   const auto resumed = guided.resume(control);
   if (!resumed) return tl::unexpected(resumed.error());
-  if (*resumed > 0) control.note(fmt::format("{}: {} views from before", run.folder, *resumed));
-  const auto live = is_only_camera(run.job.sources);
+  if (*resumed > 0) control.note(fmt::format("{}: {} views from before", job.folder, *resumed));
+  const auto live = is_only_camera(job.sources);
   if (!live) return tl::unexpected(live.error());
-  const Status taken = *live ? from_camera(run, guided, control) : from_files(run, guided, control);
+  const Status taken = *live ? from_camera(job, guided, control) : from_files(job, guided, control);
   if (!taken) return tl::unexpected(taken.error());
   control.note(to_text(guided.status()));
   return guided.finish();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "waymark/app/calibrate_camera/guided_calibration.hpp"
 #include "waymark/app/common/flag_refusals.hpp"
@@ -9,53 +10,47 @@
 
 namespace waymark {
 
-/// `waymark calibrate camera v4l2:…`: calibration while somebody holds the board before the camera.
-struct GuidedRun {
-  const CalibrateCameraJob& job;
-  const CalibrationTarget& target;
-  const TagFinder& finder;
-  const GuideOptions& options;
+/// `waymark calibrate guided`: calibration while somebody holds the board before the camera.
+struct CalibrateGuidedJob {
+  std::vector<std::string> sources{};  ///< a live camera, or videos and recordings
+  bool recursive = false;
   std::string folder{};  ///< of the views; empty: they are not kept
   bool view = false;     ///< a live camera is shown in the browser
   PageOptions page{};
-};
-
-/// What a user says of a camera's calibration, but options.
-struct CalibrateCameraWords {
-  bool guided = false;   ///< of a live camera always
-  std::string folder{};  ///< GuidedRun::folder
-  bool view = false;
-  PageOptions page{};
-  CalibrateCameraJob job{};
+  TargetOptions target{};  ///< a board
+  CameraFitJob fit{};
+  GuideOptions guide{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.guided, JobField("guided",
-                                "Take the pictures of a video or recording as those of a live camera, until "
-                                "enough views are there; of a live camera they are always taken so")
-                           .less());
+    visit(
+        self.sources,
+        JobField("sources SOURCE",
+                 "Live camera, such as v4l2:/dev/video0; or videos and recordings, whose pictures are taken "
+                 "as those of a live camera")
+            .input());
     visit(self.folder, JobField("resume FOLDER",
                                 "Folder in which a guided calibration keeps its views as pictures, and goes "
                                 "on from those there"));
     visit(self.view, JobField("view", "Show a live camera in the browser, with what is missing"));
     PageOptions::fields_of_view(self.page, visit);
-    CalibrateCameraJob::fields(self.job, visit);
+    visit(self.recursive,
+          JobField("recursive", "Search folders for videos and recordings recursively").less());
+    TargetOptions::fields_of_board(self.target, visit);
+    CameraFitJob::fields(self.fit, visit);
   }
 };
-/// Fails unless what is calibrated on is named, one way or the other.
-[[nodiscard]] Status check_sources(const CalibrateCameraWords& words);
 
-/// Fails on pictures of their own among the sources: a guided calibration chooses among pictures that follow
-/// each other.
-[[nodiscard]] Status check_guided_sources(const CalibrateCameraJob& job);
-
-/// Fails on flags that have no effect, and where the two above do; `live`: the source is a live camera.
-[[nodiscard]] Status check_effects(const CalibrateCameraWords& words, bool live, const GivenFlags& given);
-/// What to do about options of a guided calibration.
-inline constexpr const char* kGuided = "Add --guided, or give a live camera.";
+/// Fails without a source, on a live camera among other sources, on pictures of their own (a guided
+/// calibration chooses among pictures that follow each other), and on fields that are given and have no
+/// effect.
+[[nodiscard]] Status check_job(const CalibrateGuidedJob& job, const GivenFlags& given);
 
 /// Takes views until they tell the camera well enough, the source ends, or control cancels; then the
 /// calibration by all of them. How far it is are progress and notes.
-[[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, const JobControl& control);
+[[nodiscard]] Result<CalibrateCameraReport> calibrate_guided(const CalibrateGuidedJob& job,
+                                                             const CalibrationTarget& target,
+                                                             const TagFinder& finder,
+                                                             const JobControl& control);
 
 }  // namespace waymark

@@ -17,10 +17,15 @@ std::string words(const Status& status) { return status ? "" : to_string(status.
 TEST(GuidedChecks, PicturesOfTheirOwnAreNoSource) {
   const auto folder = testing::fresh_folder("live_job_checks_pictures");
   std::ofstream(folder / "a.png") << "x";
-  CalibrateCameraJob job{.sources = {(folder / "a.png").string()}};
-  EXPECT_THAT(words(check_guided_sources(job)), HasSubstr("is a picture: a guided calibration takes"));
+  CalibrateGuidedJob job{.sources = {(folder / "a.png").string()}};
+  const auto none_given = [](const char*) { return false; };
+  EXPECT_THAT(words(check_job(job, none_given)), HasSubstr("is a picture: a guided calibration takes"));
   job.sources = {(folder / "a.mp4").string()};
-  EXPECT_EQ(words(check_guided_sources(job)), "");
+  EXPECT_EQ(words(check_job(job, none_given)), "");
+  EXPECT_THAT(words(check_job(job, [](const char* field) { return std::string(field) == "view"; })),
+              HasSubstr("(view): this is about live cameras"));
+  job.sources.clear();
+  EXPECT_THAT(words(check_job(job, none_given)), HasSubstr("what the views are taken from is not said"));
 }
 
 }  // namespace

@@ -19,9 +19,9 @@
 namespace waymark {
 namespace {
 
-/// The tags of a board as `waymark tags board --style separate` draws it: numbers from the lower left to the
+/// The tags of a board as `waymark tags board style=separate` draws it: numbers from the lower left to the
 /// right, then up. Origin in its middle, x right, y down.
-TagMap board_of_tags(const TargetDescription& board) {
+TagMap board_of_tags(const TargetOptions& board) {
   const double pitch_m = board.tag_size_m * (1 + board.spacing);
   TagMap tags;
   for (int row = 0; row < board.rows; ++row) {
@@ -35,26 +35,24 @@ TagMap board_of_tags(const TargetDescription& board) {
   return tags;
 }
 
-Result<TagMap> described_tags(const TargetDescription& description) {
-  const bool board = description.columns > 0 || description.rows > 0 || description.tag_size_m != 0;
-  if (board != description.map.empty())
+Result<TagMap> tags_of(const TargetOptions& options) {
+  const bool board = options.columns > 0 || options.rows > 0 || options.tag_size_m != 0;
+  if (board != options.map.empty())
     return fail(ErrorCode::InvalidArgument,
-                "give either the board (--cols, --rows, --tag-size-m) or a map of tags (--map)");
-  if (!description.map.empty())
-    return read_map(description.map).map([](const MapFile& map) { return map.tags; });
-  if (description.columns < 1 || description.rows < 1 || !is_tag_size(description.tag_size_m))
+                "give either the board (`cols`, `rows`, `tag_size_m`) or a map of tags (`map`)");
+  if (!options.map.empty()) return read_map(options.map).map([](const MapFile& map) { return map.tags; });
+  if (options.columns < 1 || options.rows < 1 || !is_tag_size(options.tag_size_m))
     return fail(ErrorCode::InvalidArgument,
-                "a board has --cols and --rows of 1 or more and a --tag-size-m above 0", {},
+                "a board has `cols` and `rows` of 1 or more and a `tag_size_m` above 0", {},
                 "Measure the black square of a tag with a ruler.");
   const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
-  const std::int64_t last =
-      description.first_id + static_cast<std::int64_t>(description.columns) * description.rows - 1;
-  if (description.first_id < 0 || last >= ids)
+  const std::int64_t last = options.first_id + static_cast<std::int64_t>(options.columns) * options.rows - 1;
+  if (options.first_id < 0 || last >= ids)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("the board would carry the tags {} to {}, and there are 0 to {}",
-                            description.first_id, last, ids - 1),
-                {}, "Look at --cols, --rows and --first-id.");
-  return board_of_tags(description);
+                            options.first_id, last, ids - 1),
+                {}, "Look at `cols`, `rows` and `first_id`.");
+  return board_of_tags(options);
 }
 
 constexpr const char* kTags = "apriltag_36h11";
@@ -81,30 +79,30 @@ class NoTags final : public Detector {
 
 TagFinder no_tags() { return {.detector = std::make_unique<NoTags>()}; }
 
-Result<std::optional<CalibrationBoard>> described_board(const TargetDescription& description) {
-  const auto kind = board_kind(description.kind);
+Result<std::optional<CalibrationBoard>> board_of(const TargetOptions& options) {
+  const auto kind = board_kind(options.kind);
   if (!kind) return std::optional<CalibrationBoard>();
   const CalibrationBoard board{
       .kind = *kind,
-      .columns = description.columns,
-      .rows = description.rows,
-      .size_m = *kind == BoardKind::AprilGrid ? description.tag_size_m : description.square_size_m,
-      .marker_m = description.marker_size_m,
-      .spacing = description.spacing,
-      .first_id = description.first_id,
-      .dictionary = description.dictionary,
-      .legacy_pattern = description.legacy_pattern};
+      .columns = options.columns,
+      .rows = options.rows,
+      .size_m = *kind == BoardKind::AprilGrid ? options.tag_size_m : options.square_size_m,
+      .marker_m = options.marker_size_m,
+      .spacing = options.spacing,
+      .first_id = options.first_id,
+      .dictionary = options.dictionary,
+      .legacy_pattern = options.legacy_pattern};
   if (Status usable = check_board(board); !usable) return tl::unexpected(usable.error());
   return std::optional(board);
 }
 
-Result<CalibrationTarget> CalibrationTarget::make(const TargetDescription& description) {
+Result<CalibrationTarget> CalibrationTarget::make(const TargetOptions& options) {
   CalibrationTarget target;
-  target.description_ = description;
-  auto board = described_board(description);
+  target.options_ = options;
+  auto board = board_of(options);
   if (!board) return tl::unexpected(board.error());
   if (!*board) {
-    auto tags = described_tags(description);
+    auto tags = tags_of(options);
     if (!tags) return tl::unexpected(tags.error());
     target.tags_ = *std::move(tags);
     return target;
@@ -132,26 +130,25 @@ Result<SeenTarget> CalibrationTarget::find(const ImageView& image, const TagFind
 }
 
 std::string CalibrationTarget::words_of_absence(const ImageView& image) const {
-  const std::string& kind = description_.kind;
+  const std::string& kind = options_.kind;
   const std::string words = fmt::format(
-      "Check {}--target, --cols and --rows, and that the whole board is in view, sharp, with white "
+      "Check {}`target`, `cols` and `rows`, and that the whole board is in view, sharp, with white "
       "around it.",
-      kind == "charuco" ? "--dictionary, " : "");
+      kind == "charuco" ? "`dictionary`, " : "");
   const auto finder = finder_ ? Result<BoardFinder>(*finder_) : BoardFinder::load();
   const auto seen = finder ? finder->name_markers(image) : Result<std::string>("");
   if (!seen || seen->empty()) return words;
   if (*seen == "aprilgrid")
     return kind == "aprilgrid"
                ? words
-               : "The picture shows tags of 36h11 with a border of two cells: --target aprilgrid.";
-  if (kind == "charuco" && holds(description_.dictionary, *seen))
-    return "The picture shows the markers, but no corners where --cols, --rows, --first-id, --square-size-m "
-           "and "
-           "--marker-size-m put them.";
+               : "The picture shows tags of 36h11 with a border of two cells: `target=aprilgrid`.";
+  if (kind == "charuco" && holds(options_.dictionary, *seen))
+    return "The picture shows the markers, but no corners where `cols`, `rows`, `first_id`, `square_size_m` "
+           "and `marker_size_m` put them.";
   if (kind == "tags" && *seen == kTags) return words;
-  if (*seen == kTags && kind != "charuco") return "The picture shows tags of 36h11: --target tags.";
-  return fmt::format("The picture shows markers of {0}: {1}--dictionary {0}.", *seen,
-                     kind == "charuco" ? "" : "--target charuco ");
+  if (*seen == kTags && kind != "charuco") return "The picture shows tags of 36h11: `target=tags`.";
+  return fmt::format("The picture shows markers of {0}: {1}`dictionary={0}`.", *seen,
+                     kind == "charuco" ? "" : "`target=charuco` ");
 }
 
 std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<double> shares) const {
@@ -161,31 +158,28 @@ std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<d
   const double said = board_->marker_m / board_->size_m;
   if (std::abs(share / said - 1) < kMost) return std::nullopt;
   return fmt::format(
-      "the markers are {:.2f} times as large as their squares, but --marker-size-m {:g} and "
-      "--square-size-m {:g} say {:.2f}: measure both again",
+      "the markers are {:.2f} times as large as their squares, but `marker_size_m={:g}` and "
+      "`square_size_m={:g}` say {:.2f}: measure both again",
       share, board_->marker_m, board_->size_m, said);
 }
 
-Status check_effects(const TargetDescription& description, const GivenFlags& given) {
-  const std::string& kind = description.kind;
-  struct Flag {
+void refuse_of_other_targets(const TargetOptions& options, FlagRefusals& refused) {
+  struct FieldOf {
     const char* name;
-    std::vector<std::string> of;
+    std::vector<std::string> kinds;
   };
-  const std::vector<Flag> flags = {{"--tag-size-m", {"tags", "aprilgrid"}},
-                                   {"--spacing", {"tags", "aprilgrid"}},
-                                   {"--square-size-m", {"chessboard", "charuco"}},
-                                   {"--marker-size-m", {"charuco"}},
-                                   {"--dictionary", {"charuco"}},
-                                   {"--legacy-pattern", {"charuco"}},
-                                   {"--first-id", {"tags", "aprilgrid", "charuco"}},
-                                   {"--detections", {"tags"}}};
-  FlagRefusals refused(given);
-  for (const Flag& flag : flags)
-    refused.flags(std::ranges::find(flag.of, kind) == flag.of.end(), {flag.name},
-                  fmt::format("this has no effect on the target {}", kind),
-                  fmt::format("Leave it out, or choose --target {}.", fmt::join(flag.of, " or ")));
-  return refused.status();
+  const std::vector<FieldOf> fields = {{"tag_size_m", {"tags", "aprilgrid"}},
+                                       {"spacing", {"tags", "aprilgrid"}},
+                                       {"square_size_m", {"chessboard", "charuco"}},
+                                       {"marker_size_m", {"charuco"}},
+                                       {"dictionary", {"charuco"}},
+                                       {"legacy_pattern", {"charuco"}},
+                                       {"first_id", {"tags", "aprilgrid", "charuco"}},
+                                       {"detections", {"tags"}}};
+  for (const FieldOf& field : fields)
+    refused.flags(std::ranges::find(field.kinds, options.kind) == field.kinds.end(), {field.name},
+                  fmt::format("this has no effect on the target {}", options.kind),
+                  fmt::format("Leave it out, or choose `target={}`.", fmt::join(field.kinds, " or ")));
 }
 
 }  // namespace waymark

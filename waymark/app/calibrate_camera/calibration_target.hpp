@@ -12,8 +12,8 @@
 
 namespace waymark {
 
-/// A calibration target as a user describes it.
-struct TargetDescription {
+/// What a calibration target is.
+struct TargetOptions {
   std::string kind = "tags";  ///< "tags", or a board_kind()
   int columns = 0;            ///< tags, or squares of a chessboard
   int rows = 0;
@@ -28,6 +28,13 @@ struct TargetDescription {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
+    fields_of_board(self, visit);
+    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags whose places are known well"));
+  }
+
+  /// The same but for `map`.
+  template <class Self, class Visitor>
+  static void fields_of_board(Self& self, Visitor&& visit) {
     visit(self.kind, JobField("target NAME",
                               "What is photographed: tags (`waymark tags board --style separate`), "
                               "chessboard, charuco or aprilgrid (Kalibr's)")
@@ -59,18 +66,17 @@ struct TargetDescription {
                                         "A ChArUco board as OpenCV drew it before 4.6: with an even number "
                                         "of rows its upper left square is white")
                                    .less());
-    visit(self.map, JobField("map FILE", "Instead of a board: a map of tags whose places are known well"));
   }
 };
 
-/// Fails on flags that have no effect on this target.
-[[nodiscard]] Status check_effects(const TargetDescription& description, const GivenFlags& given);
+/// Refuses fields that are given and have no effect on a target of this kind.
+void refuse_of_other_targets(const TargetOptions& options, FlagRefusals& refused);
 
 /// A finder that finds nothing: the pictures are only read, for what finds a board in them.
 [[nodiscard]] TagFinder no_tags();
 
-/// The board that a description names; nothing: tags. InvalidArgument: what it says makes no board.
-[[nodiscard]] Result<std::optional<CalibrationBoard>> described_board(const TargetDescription& description);
+/// The board; nothing: tags. InvalidArgument: the options make no board.
+[[nodiscard]] Result<std::optional<CalibrationBoard>> board_of(const TargetOptions& options);
 
 /// A target as one picture shows it.
 struct SeenTarget {
@@ -82,8 +88,8 @@ struct SeenTarget {
 /// What a camera is calibrated on, and how it is found in a picture.
 class CalibrationTarget {
  public:
-  /// Reads a map and loads what finds a board. InvalidArgument: what the description says makes no target.
-  [[nodiscard]] static Result<CalibrationTarget> make(const TargetDescription& description);
+  /// Reads a map and loads what finds a board. InvalidArgument: the options make no target.
+  [[nodiscard]] static Result<CalibrationTarget> make(const TargetOptions& options);
 
   /// Tags whose places are known; empty: a board.
   [[nodiscard]] const TagMap& tags() const { return tags_; }
@@ -100,7 +106,7 @@ class CalibrationTarget {
  private:
   CalibrationTarget() = default;
 
-  TargetDescription description_{};
+  TargetOptions options_{};
   TagMap tags_{};
   std::optional<CalibrationBoard> board_{};
   std::optional<BoardFinder> finder_{};

@@ -12,8 +12,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string refusal(const TargetDescription& description) {
-  const auto target = CalibrationTarget::make(description);
+std::string refusal(const TargetOptions& options) {
+  const auto target = CalibrationTarget::make(options);
   if (target) return "none";
   return to_string(target.error());
 }
@@ -48,34 +48,33 @@ TEST(CalibrationTarget, AMapIsOneToo) {
 }
 
 TEST(CalibrationTarget, WhatMakesNoneIsSaid) {
-  EXPECT_THAT(refusal({}), HasSubstr("--map"));
+  EXPECT_THAT(refusal({}), HasSubstr("`map`"));
   EXPECT_THAT(refusal({.columns = 3, .rows = 2, .tag_size_m = 0.1, .map = "map.yaml"}), HasSubstr("either"));
-  EXPECT_THAT(refusal({.columns = 3, .rows = 2}), HasSubstr("--tag-size-m"));
-  EXPECT_THAT(refusal({.columns = 3, .rows = 0, .tag_size_m = 0.1}), HasSubstr("--rows"));
+  EXPECT_THAT(refusal({.columns = 3, .rows = 2}), HasSubstr("`tag_size_m`"));
+  EXPECT_THAT(refusal({.columns = 3, .rows = 0, .tag_size_m = 0.1}), HasSubstr("`rows`"));
   EXPECT_THAT(refusal({.columns = 30, .rows = 20, .tag_size_m = 0.1}), HasSubstr("0 to 586"));
   EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = 585}),
               HasSubstr("the tags 585 to 588"));
-  EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = -1}), HasSubstr("--first-id"));
+  EXPECT_THAT(refusal({.columns = 2, .rows = 2, .tag_size_m = 0.1, .first_id = -1}), HasSubstr("`first_id`"));
   EXPECT_THAT(refusal({.columns = 100000, .rows = 100000, .tag_size_m = 0.1}), HasSubstr("0 to 586"))
       << "no overflow, no board of ten thousand million tags";
 }
 
 TEST(CalibrationTarget, OtherWordsAreOfTags) {
-  const auto tags = described_board({.kind = "tags", .columns = 3, .rows = 2, .tag_size_m = 0.1});
+  const auto tags = board_of({.kind = "tags", .columns = 3, .rows = 2, .tag_size_m = 0.1});
   ASSERT_TRUE(tags);
   EXPECT_FALSE(tags->has_value());
-  const auto chess = described_board({.kind = "chessboard", .columns = 8, .rows = 6, .square_size_m = 0.03});
+  const auto chess = board_of({.kind = "chessboard", .columns = 8, .rows = 6, .square_size_m = 0.03});
   ASSERT_TRUE(chess) << to_string(chess.error());
   ASSERT_TRUE(chess->has_value());
   EXPECT_EQ((*chess)->kind, BoardKind::Chessboard);
   EXPECT_EQ((*chess)->size_m, 0.03);
-  const auto grid = described_board({.kind = "aprilgrid", .columns = 6, .rows = 6, .tag_size_m = 0.088});
+  const auto grid = board_of({.kind = "aprilgrid", .columns = 6, .rows = 6, .tag_size_m = 0.088});
   ASSERT_TRUE(grid) << to_string(grid.error());
   EXPECT_EQ((*grid)->size_m, 0.088) << "of a grid of tags it is the tag's size that counts";
-  EXPECT_FALSE(described_board({.kind = "chessboard", .columns = 8, .rows = 6}))
-      << "its squares have no size";
-  EXPECT_FALSE(described_board(
-      {.kind = "charuco", .columns = 8, .rows = 6, .square_size_m = 0.03, .marker_size_m = 0.04}))
+  EXPECT_FALSE(board_of({.kind = "chessboard", .columns = 8, .rows = 6})) << "its squares have no size";
+  EXPECT_FALSE(
+      board_of({.kind = "charuco", .columns = 8, .rows = 6, .square_size_m = 0.03, .marker_size_m = 0.04}))
       << "a marker fits into its square";
 }
 

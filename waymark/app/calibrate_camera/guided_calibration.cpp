@@ -69,9 +69,9 @@ ordered_json to_json(const GuideStatus& status, const GuideOptions& options) {
   return json;
 }
 
-GuidedCalibration::GuidedCalibration(const CalibrateCameraJob& job, const CalibrationTarget& target,
+GuidedCalibration::GuidedCalibration(const CameraFitJob& fit, const CalibrationTarget& target,
                                      const TagFinder& finder, const GuideOptions& options, std::string folder)
-    : job_(job),
+    : fit_(fit),
       target_(target),
       finder_(finder),
       options_(options),
@@ -165,10 +165,10 @@ void GuidedCalibration::judge() {
   status_.coverage = {};
   status_.held_out_rms_px.reset();
   status_.focal_share.reset();
-  const auto lens = lens_model(job_.lens).value_or(LensModel::Radtan4);
+  const auto lens = lens_model(fit_.lens).value_or(LensModel::Radtan4);
   const auto found = views_.size() < kFewestViews
                          ? Result<CameraCalibration>(fail(ErrorCode::InvalidArgument, "too few views"))
-                         : calibrate_camera(views_, width_px_, height_px_, lens, job_.options);
+                         : calibrate_camera(views_, width_px_, height_px_, lens, fit_.options);
   for (std::size_t i = 0; i < views_.size(); ++i) {
     // Before the first fit nothing tells how the board leans.
     const SE3 target_T_cam = found ? found->views[i].target_T_cam : SE3();
@@ -188,7 +188,7 @@ Result<CalibrateCameraReport> GuidedCalibration::finish() const {
   if (views_.empty())
     return fail(ErrorCode::NotFound, "no view was taken", {},
                 status_.absence.empty() ? "Hold the board still and in focus." : status_.absence);
-  auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(job_.lens), fit_options(job_));
+  auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(fit_.lens), fit_options(fit_));
   if (!found) return tl::unexpected(found.error());
   if (auto words = target_.words_of_marker_size(marker_shares_)) found->advice.push_back(*std::move(words));
   return CalibrateCameraReport{

@@ -10,7 +10,7 @@
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 #include "waymark/mapping/camera/calibration_views.hpp"
 
-/// Calibration while somebody holds a board before the camera: `waymark calibrate camera v4l2:/dev/video0`.
+/// Calibration while somebody holds a board before the camera: `waymark calibrate guided`.
 namespace waymark {
 
 struct GuideOptions {
@@ -56,7 +56,7 @@ struct GuideStatus {
 class GuidedCalibration {
  public:
   /// `folder`: where the views are kept as pictures, and found again; empty: nowhere. All outlive this.
-  GuidedCalibration(const CalibrateCameraJob& job, const CalibrationTarget& target, const TagFinder& finder,
+  GuidedCalibration(const CameraFitJob& fit, const CalibrationTarget& target, const TagFinder& finder,
                     const GuideOptions& options, std::string folder);
 
   /// The views that an earlier calibration kept in the folder; how many. Fails on pictures of different
@@ -79,7 +79,7 @@ class GuidedCalibration {
   /// Looks for other boards once, when the target was in no picture for a while.
   void explain_absence(SensorTime stamp, const ImageView& image);
 
-  const CalibrateCameraJob& job_;
+  const CameraFitJob& fit_;
   const CalibrationTarget& target_;
   const TagFinder& finder_;
   const GuideOptions& options_;

@@ -80,8 +80,8 @@ TEST(GuidedCalibration, JsonHasNoFiguresBeforeTheFirstFit) {
 
 /// A camera, a board of tags before it, and the calibration of the one by the other.
 struct Guide {
-  CalibrateCameraJob job{.target = {.columns = 5, .rows = 4, .tag_size_m = 0.04}, .lens = "none"};
-  CalibrationTarget target = CalibrationTarget::make(job.target).value();
+  CameraFitJob fit{.lens = "none"};
+  CalibrationTarget target = CalibrationTarget::make({.columns = 5, .rows = 4, .tag_size_m = 0.04}).value();
   TagFinder finder = std::move(make_tag_finder().value());
   GuideOptions options{};
   CameraModel camera =
@@ -117,7 +117,7 @@ struct Guide {
 TEST(GuidedViews, TakesEachNewViewOnceKeepsItAndResumesFromTheFolder) {
   Guide guide;
   const fs::path folder = testing::fresh_folder("jobs_guided") / "views";
-  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, folder.string());
+  GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, folder.string());
   EXPECT_THAT(guided.status().missing, Not(IsEmpty())) << "before anything was seen";
   for (int stop = 0; stop < 4; ++stop) {
     const Image picture = guide.picture_at(stop);
@@ -140,7 +140,7 @@ TEST(GuidedViews, TakesEachNewViewOnceKeepsItAndResumesFromTheFolder) {
   std::vector<std::string> notes;
   JobControl control;
   control.note = [&](const std::string& words) { notes.push_back(words); };
-  GuidedCalibration again(guide.job, guide.target, guide.finder, guide.options, folder.string());
+  GuidedCalibration again(guide.fit, guide.target, guide.finder, guide.options, folder.string());
   const auto resumed = again.resume(control);
   ASSERT_TRUE(resumed) << to_string(resumed.error());
   EXPECT_EQ(*resumed, 4U);
@@ -153,7 +153,7 @@ TEST(GuidedViews, TakesEachNewViewOnceKeepsItAndResumesFromTheFolder) {
 
 TEST(GuidedViews, PicturesOfAnotherSizeAreRefused) {
   Guide guide;
-  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, "");
+  GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
   ASSERT_TRUE(guide.hold(guided, guide.picture_at(0)));
   guide.camera =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 300, .cy = 236}, 600, 480).value();
@@ -168,7 +168,7 @@ TEST(GuidedViews, PicturesOfAnotherSizeAreRefused) {
 TEST(GuidedViews, EndsWithSoManyViewsInAnyCase) {
   Guide guide;
   guide.options.views_at_most = 2;
-  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, "");
+  GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
   ASSERT_TRUE(guide.hold(guided, guide.picture_at(0)));
   EXPECT_FALSE(guided.status().good_enough);
   ASSERT_TRUE(guide.hold(guided, guide.picture_at(1)));
@@ -179,7 +179,7 @@ TEST(GuidedViews, EndsWithSoManyViewsInAnyCase) {
 
 TEST(GuidedViews, WhereThereIsNoTargetItSaysSoAfterSeconds) {
   Guide guide;
-  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, "");
+  GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
   const Image wall(640, 480, 128);
   for (const int ms : {0, 1000, 2900}) {
     ASSERT_TRUE(guided.take(SensorTime(std::chrono::milliseconds(ms)), wall.view()));
@@ -198,14 +198,14 @@ TEST(GuidedViews, AFolderThatCannotBeMadeIsAnError) {
   Guide guide;
   const fs::path file = testing::fresh_folder("jobs_guided_file") / "file";
   std::ofstream(file) << "a file";
-  GuidedCalibration guided(guide.job, guide.target, guide.finder, guide.options, (file / "views").string());
+  GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, (file / "views").string());
   const Image picture = guide.picture_at(0);
   Result<bool> last = false;
   for (int i = 0; i < 3 && last; ++i) last = guided.take(guide.next(), picture.view());
   ASSERT_FALSE(last);
   EXPECT_EQ(last.error().code, ErrorCode::Unwritable);
   EXPECT_EQ(last.error().place.source, (file / "views").string());
-  EXPECT_EQ(*GuidedCalibration(guide.job, guide.target, guide.finder, guide.options, "/nowhere").resume({}),
+  EXPECT_EQ(*GuidedCalibration(guide.fit, guide.target, guide.finder, guide.options, "/nowhere").resume({}),
             0U);
 }
 

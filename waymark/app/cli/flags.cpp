@@ -72,9 +72,15 @@ std::vector<std::string> parts_of(std::string_view text) {
 
 }  // namespace
 
+void add_choice(CLI::App& app, const std::string& name) {
+  app.add_flag_callback(
+         name, [] {}, "Chooses this verb in a line that does not name it")
+      ->group(kMoreGroup);
+}
+
 std::string names_of(const JobField& field) {
-  if (field.is_input) return std::string(field.value_name.substr(0, field.value_name.find(' ')));
   const std::string also = field.alias.empty() ? "" : "," + flag_name(field.alias);
+  if (field.is_input) return std::string(field.value_name.substr(0, field.value_name.find(' '))) + also;
   return (field.name == "output" ? "-o," : "") + flag_name(field.name) + also;
 }
 

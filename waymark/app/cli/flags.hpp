@@ -272,9 +272,13 @@ CLI::Option* add_flag(CLI::App& app, const std::string& name, bool& value, const
   return option;
 }
 
+/// A flag by which a line chooses this verb without naming it ("--ros2"); it does nothing else.
+void add_choice(CLI::App& app, const std::string& name);
+
 // The flags of a job, made from its fields().
 
-/// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; of an input what it is called.
+/// "-o,--output" for "output", "--tag-size-m" for "tag_size_m"; of an input what it is called, and the flag
+/// of its other name.
 [[nodiscard]] std::string names_of(const JobField& field);
 /// What its value is called.
 [[nodiscard]] std::string type_of(const JobField& field);

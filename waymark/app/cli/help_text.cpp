@@ -97,7 +97,10 @@ std::string WrappingFormatter::make_first_group(const CLI::App& app) const {
 }
 
 std::string WrappingFormatter::make_option_name(const CLI::Option* option, bool is_positional) const {
-  return replaced(CLI::Formatter::make_option_name(option, is_positional), "{false}", "");
+  // Of an input that is a flag as well, the flag's value is called as the input is.
+  const bool of_input = !is_positional && option->get_positional();
+  const std::string value = of_input ? " " + option->get_name(true) : "";
+  return replaced(CLI::Formatter::make_option_name(option, is_positional), "{false}", "") + value;
 }
 
 std::string WrappingFormatter::make_option_desc(const CLI::Option* option) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <regex>
@@ -58,22 +59,34 @@ const Verb* find_verb(const std::vector<Verb>& verbs, std::string_view name) {
 
 bool asks_for_help(std::string_view word) { return word == "-h" || word == "--help" || word == "--help-all"; }
 
-/// Puts the verb that the words leave out where it belongs: "map lap.mcap" becomes "map lap lap.mcap". Says
-/// which verb that was.
-const Verb* complete(const Verb& program, std::vector<std::string>& words) {
+/// The verb that a line means and does not name.
+struct MeantVerb {
+  const Verb* verb = nullptr;  ///< nullptr: the line names all its verbs
+  std::string typed{};         ///< what the line has in its place; empty: nothing
+};
+
+/// Puts the verb that the words mean where it belongs: "map lap.mcap" becomes "map lap lap.mcap", and
+/// "calibrate camera v4l2:/dev/video0" becomes "calibrate guided v4l2:/dev/video0".
+MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
+  const Verb* parent = nullptr;
   const Verb* verb = &program;
-  for (auto word = words.begin();; ++word) {
-    const Verb* next = word == words.end() ? nullptr : find_verb(verb->verbs, *word);
-    if (next == nullptr && verb->usual_verb) {
-      const std::vector<std::string> rest(word, words.end());
-      if (!rest.empty() && std::ranges::all_of(rest, asks_for_help)) return nullptr;
-      next = find_verb(verb->verbs, verb->usual_verb(rest));
-      if (next != nullptr) words.insert(word, next->name);
-      return next;
-    }
-    if (next == nullptr) return nullptr;
-    verb = next;
+  auto word = words.begin();
+  const auto named = [&] { return word == words.end() ? nullptr : find_verb(verb->verbs, *word); };
+  for (const Verb* next = named(); next != nullptr; next = named()) {
+    parent = std::exchange(verb, next);
+    ++word;
   }
+  const std::vector<std::string> rest(word, words.end());
+  if (!verb->usual_verb || (!rest.empty() && std::ranges::all_of(rest, asks_for_help))) return {};
+  const std::string name = verb->usual_verb(rest);
+  if (const Verb* meant = find_verb(verb->verbs, name)) {
+    words.insert(word, name);
+    return {meant, {}};
+  }
+  const Verb* beside = parent == nullptr ? nullptr : find_verb(parent->verbs, name);
+  if (beside == nullptr || beside == verb) return {};
+  *std::prev(word) = name;
+  return {beside, verb->name};
 }
 
 /// How far the words lead into the tree of verbs.
@@ -81,11 +94,11 @@ struct Chosen {
   const Node* node = nullptr;
   const Node* parent = nullptr;
   std::string name;          ///< "waymark evaluate detections", as the user named it
-  std::string full_name;     ///< with the verb that was left out
+  std::string full_name;     ///< with the verb that is meant
   std::string unknown_verb;  ///< the word that should have been a verb; empty when there is none
 };
 
-Chosen choose(const Node& root, const std::vector<std::string>& words, const Verb* left_out) {
+Chosen choose(const Node& root, const std::vector<std::string>& words, const MeantVerb& meant) {
   Chosen chosen{&root, nullptr, root.verb->name, root.verb->name, {}};
   for (const std::string& word : words) {
     if (chosen.node->children.empty()) break;
@@ -100,7 +113,8 @@ Chosen choose(const Node& root, const std::vector<std::string>& words, const Ver
     chosen.parent = chosen.node;
     chosen.node = &*found;
     chosen.full_name += " " + word;
-    if (found->verb != left_out) chosen.name += " " + word;
+    const std::string& typed = found->verb == meant.verb ? meant.typed : word;
+    if (!typed.empty()) chosen.name += " " + typed;
   }
   return chosen;
 }
@@ -160,14 +174,20 @@ std::string plain_words(const std::string& words) {
   return words;
 }
 
+/// Whether a line may mean one of these verbs by the name of another.
+bool stand_in(const std::vector<Verb>& verbs) {
+  return std::ranges::any_of(verbs, [](const Verb& verb) { return verb.verbs.empty() && verb.usual_verb; });
+}
+
 /// The verb beside the chosen one that has the flag, where a line need not name which is meant.
 std::string verb_with(const std::string& flag, const Chosen& chosen) {
-  if (chosen.parent == nullptr || !chosen.parent->verb->usual_verb) return {};
-  for (const Verb& verb : chosen.parent->verb->verbs) {
+  if (chosen.parent == nullptr) return {};
+  const Verb& parent = *chosen.parent->verb;
+  if (!parent.usual_verb && !stand_in(parent.verbs)) return {};
+  for (const Verb& verb : parent.verbs) {
     std::set<std::string, std::less<>> flags;
     collect_flags(verb, flags);
-    const std::string parent = chosen.full_name.substr(0, chosen.full_name.rfind(' '));
-    if (flags.contains(flag)) return parent + " " + verb.name;
+    if (flags.contains(flag)) return chosen.full_name.substr(0, chosen.full_name.rfind(' ') + 1) + verb.name;
   }
   return {};
 }
@@ -218,9 +238,9 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
     words.emplace_back("--help");
   }
   const bool no_words = words.empty();
-  const Verb* left_out = complete(program, words);
+  const MeantVerb meant = complete(program, words);
   const Node root = grow(program, app, words);
-  const Chosen chosen = choose(root, words, left_out);
+  const Chosen chosen = choose(root, words, meant);
   Console console(chosen.name, out, err, has_flag_of(program));
   if (no_words) {
     console.say("no verb given.\n\n" + app.help());

@@ -93,7 +93,17 @@ Outcome run(std::vector<std::string> words, std::FILE* out_or_null = nullptr) {
            .help = "",
            .verbs = {{.name = "show", .sentence = "S.", .help = "", .prepare = prepare_show},
                      {.name = "count", .sentence = "C.", .help = "", .prepare = prepare_count}},
-           .usual_verb = [](const auto& words) { return has_word(words, "--up-to") ? "count" : "show"; }}}};
+           .usual_verb = [](const auto& words) { return has_word(words, "--up-to") ? "count" : "show"; }},
+          {.name = "beside",
+           .sentence = "Leads on to verbs of which the first may mean the second.",
+           .help = "",
+           .verbs = {{.name = "show",
+                      .sentence = "S.",
+                      .help = "",
+                      .prepare = prepare_show,
+                      .usual_verb =
+                          [](const auto& words) { return has_word(words, "--up-to") ? "count" : "show"; }},
+                     {.name = "count", .sentence = "C.", .help = "", .prepare = prepare_count}}}}};
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::tmpfile(), std::fclose);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> err(std::tmpfile(), std::fclose);
   Outcome outcome;
@@ -123,7 +133,7 @@ TEST(Program, ValuesOutsideTheirRangeAreUsageErrors) {
 
 TEST(Program, MisspeltWordsGetTheNearestOne) {
   EXPECT_EQ(run({"shwo"}).err, "prog: unknown verb 'shwo'. Did you mean 'show'? See `prog --help`.\n");
-  EXPECT_THAT(run({"xyzzy"}).err, HasSubstr("Known: show, throw, deep, usual."));
+  EXPECT_THAT(run({"xyzzy"}).err, HasSubstr("Known: show, throw, deep, usual, beside."));
   EXPECT_EQ(run({"deep", "sow"}).err,
             "prog deep: unknown verb 'sow'. Did you mean 'show'? See `prog deep --help`.\n");
   EXPECT_EQ(run({"show", "--tag-size", "1"}).err,
@@ -153,6 +163,22 @@ TEST(Program, AVerbThatIsLeftOutIsFoundByTheLine) {
   EXPECT_THAT(run({"usual", "--help"}).out, HasSubstr("count"));
   EXPECT_THAT(run({"help", "usual", "count"}).out, HasSubstr("--up-to"));
   EXPECT_EQ(run({"usual", "--count=2", "--up-to", "5"}).code, 2) << "of two verbs";
+}
+
+TEST(Program, ALineMayMeanTheVerbBesideTheOneItNames) {
+  EXPECT_EQ(run({"beside", "show", "--count", "3"}).out, "0.5 3 true yes\n");
+  EXPECT_EQ(run({"beside", "show", "--up-to", "5"}).out, "1 to 5\n");
+  EXPECT_EQ(run({"beside", "count", "--up-to", "5"}).out, "1 to 5\n");
+  EXPECT_EQ(run({"beside", "show", "--up-to", "x"}).err,
+            "prog beside show: (--up-to): 'x' is not a number. See `prog beside count --help`.\n");
+  EXPECT_EQ(
+      run({"beside", "show", "--up-to", "5", "--word", "no"}).err,
+      "prog beside show: unknown flag '--word' of `prog beside count`: it is one of `prog beside show`. "
+      "See `prog beside count --help`.\n");
+  EXPECT_THAT(run({"beside", "show", "--help"}).out, HasSubstr("prog beside show"));
+  EXPECT_THAT(run({"beside", "show", "--up-to", "5", "--help"}).out, HasSubstr("prog beside count"));
+  EXPECT_THAT(run({"show", "--up-to", "5"}).err, HasSubstr("prog show: unknown flag '--up-to'."))
+      << "the other verbs of the program are not looked through";
 }
 
 TEST(Program, HelpShowsTheFirstGroupAndCountsTheOthers) {

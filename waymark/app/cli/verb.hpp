@@ -18,14 +18,15 @@ using Run = std::function<ExitCode(Console&)>;
 
 /// A word of the command line and what it does: it runs (`prepare`), or leads to further words (`verbs`), or
 /// both, when what follows it is none of those words. A line that leaves out which of `verbs` it means is
-/// read as that of `usual_verb`.
+/// read as that of `usual_verb`, which may also name a verb beside this one that the line is read as.
 struct Verb {
   std::string name;
   std::string sentence;  ///< in the list of verbs
   std::string help;      ///< at the end of its own --help: an example with its output, exit codes
   std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
   std::vector<Verb> verbs = {};
-  /// Which of `verbs` is meant by a line that names none: its words after this verb ("lap.mcap", "--json").
+  /// Which of `verbs`, or of the verbs beside this one, is meant by a line that names none of `verbs`: its
+  /// words after this verb ("lap.mcap", "--json").
   std::function<std::string(const std::vector<std::string>& words)> usual_verb = {};
 };
 
@@ -53,6 +54,7 @@ template <class Args>
 [[nodiscard]] Verb evaluate_verb();
 [[nodiscard]] Verb calibrate_verb();
 [[nodiscard]] Verb calibrate_camera_verb();
+[[nodiscard]] Verb calibrate_guided_verb();
 [[nodiscard]] Verb calibrate_robot_verb();
 [[nodiscard]] Verb evaluate_detections_verb();
 [[nodiscard]] Verb demo_verb();
@@ -74,6 +76,11 @@ template <class Args>
 [[nodiscard]] Verb simulate_verb();
 [[nodiscard]] Verb samples_verb();
 [[nodiscard]] Verb robot_sim_verb();
+[[nodiscard]] Verb robot_sim_process_verb();
+[[nodiscard]] Verb robot_sim_ros2_verb();
+[[nodiscard]] Verb robot_sim_limo_verb();
+[[nodiscard]] Verb robot_sim_mbot_verb();
+[[nodiscard]] Verb robot_sim_gazebo_verb();
 [[nodiscard]] Verb mbot_verb();
 [[nodiscard]] Verb robots_verb();
 [[nodiscard]] Verb gazebo_verb();

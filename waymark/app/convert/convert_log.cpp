@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A moment of a recording: seconds after its first message, or "@…" seconds of its own clock [ns].
-Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* flag) {
+Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* field) {
   const bool absolute = text.starts_with('@');
   std::size_t used = 0;
   double seconds = 0;
@@ -35,7 +35,7 @@ Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, co
   constexpr double kMost = 1e10;
   const bool sound = used > 0 && used == text.size() - (absolute ? 1 : 0) && seconds >= 0 && seconds < kMost;
   if (!sound)
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no moment", text), {.key = flag},
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no moment", text), {.key = field},
                 "Give seconds after the start (12.5), or of the recording's clock (@1713214583.5).");
   return (absolute ? 0 : start_ns) + static_cast<std::uint64_t>(std::llround(seconds * 1e9));
 }
@@ -52,12 +52,12 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   }
   const std::uint64_t start = recording_start_ns(log);
   if (!job.from.empty()) {
-    const auto from = moment(job.from, start, "--from");
+    const auto from = moment(job.from, start, "from");
     if (!from) return tl::unexpected(from.error());
     options.selection.from = *from;
   }
   if (!job.to.empty()) {
-    const auto to = moment(job.to, start, "--to");
+    const auto to = moment(job.to, start, "to");
     if (!to) return tl::unexpected(to.error());
     options.selection.to = *to;
   }
@@ -65,8 +65,8 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   const auto end = log.summary().end;
   if (chosen.to <= chosen.from || (end && chosen.from > *end))
     return fail(
-        ErrorCode::InvalidArgument, "no time is left between --from and --to, or the recording ended before",
-        {.source = job.inputs.front(), .key = "--from"}, "`waymark info` shows when it begins and ends.");
+        ErrorCode::InvalidArgument, "no time is left between `from` and `to`, or the recording ended before",
+        {.source = job.inputs.front(), .key = "from"}, "`waymark info` shows when it begins and ends.");
   return options;
 }
 
@@ -107,14 +107,14 @@ Result<std::string> format_of(const ConvertJob& job) {
               name.size() < 2 ? "the name of the output says no format"
                               : fmt::format("no format is called '{}'", name.substr(1)),
               {.source = job.output},
-              "End the name in .mcap, .tum or .csv, or give --format; --format rosbag2 makes a folder.");
+              "End the name in .mcap, .tum or .csv, or give `format`; `format=rosbag2` makes a folder.");
 }
 
 /// A table holds one kind of samples, everything else all of them.
 Status check_kind(const ConvertJob& job, const std::string& format) {
   if (job.kind.empty() || format == "csv") return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on {}", job.kind, format),
-              {.key = "--kind"}, "It needs an output that ends in .csv; --topics chooses for the others.");
+              {.key = "kind"}, "It needs an output that ends in .csv; `topics` chooses for the others.");
 }
 
 /// The layout of a bag; an option of bags without one is an error.
@@ -123,13 +123,13 @@ Result<BagFormat> bag_format_of(const ConvertJob& job, const std::string& format
   const std::string& unused = job.ros_distro.empty() ? job.storage : job.ros_distro;
   if (format != "rosbag2" && !unused.empty())
     return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on a .{}", unused, format),
-                {.key = job.ros_distro.empty() ? "--storage" : "--ros-distro"}, "It needs --format rosbag2.");
+                {.key = job.ros_distro.empty() ? "storage" : "ros_distro"}, "It needs `format=rosbag2`.");
   if (!job.ros_distro.empty() && job.ros_distro != "humble" && job.ros_distro != "jazzy")
     return fail(ErrorCode::InvalidArgument, fmt::format("no layout of '{}' is known", job.ros_distro),
-                {.key = "--ros-distro"}, "humble serves up to Iron, jazzy from there on.");
+                {.key = "ros_distro"}, "humble serves up to Iron, jazzy from there on.");
   if (!job.storage.empty() && job.storage != "sqlite3" && job.storage != "mcap")
     return fail(ErrorCode::InvalidArgument, fmt::format("no storage is called '{}'", job.storage),
-                {.key = "--storage"}, "Known: sqlite3, mcap.");
+                {.key = "storage"}, "Known: sqlite3, mcap.");
   if (job.ros_distro == "humble") bag = {BagRelease::Humble, BagStorage::Sqlite};
   if (!job.storage.empty()) bag.storage = job.storage == "mcap" ? BagStorage::Mcap : BagStorage::Sqlite;
   return bag;
@@ -178,7 +178,7 @@ Status add_robot(const ConvertJob& job, const std::string& format, const Message
     return fail(
         ErrorCode::InvalidArgument,
         "a robot's camera is added where tables or LCM logs become MCAP; what ROS recorded passes as it is",
-        {.key = "--robot"}, "Leave it out, and give it to `waymark map` or `waymark localize`.");
+        {.key = "robot"}, "Leave it out, and give it to `waymark map` or `waymark localize`.");
   RecordingSetup setup;
   std::vector<std::string> ignored;
   if (Status status = take_robot(job.robot, setup, ignored); !status) return status;
@@ -197,7 +197,7 @@ Error about_files(Error error) {
 
 Status check_no_recording(const GivenFlags& given) {
   FlagRefusals refused(given);
-  refused.flags(true, {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"},
+  refused.flags(true, {"format", "topics", "from", "to", "kind", "robot", "tag_latency_s"},
                 "this is about recordings, and the input is none", "Leave it out.");
   return refused.status();
 }

@@ -255,20 +255,20 @@ Result<LogSelection> select_part(MessageLog& log, const LogPart& part) {
   for (const std::string& topic : part.topics) {
     if (std::ranges::find(known, topic) == known.end())
       return fail(ErrorCode::NotFound, fmt::format("the recording has no topic '{}'", topic),
-                  {.key = "--topics"}, suggestion(topic, known));
+                  {.key = "topics"}, suggestion(topic, known));
     selection.topics.insert(topic);
   }
   if (!(part.from_s >= 0 && part.to_s > part.from_s))
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("from {} s to {} s is no time", part.from_s, part.to_s), {.key = "--from"},
-                "Give seconds from the first message, for example --from 10 --to 20.");
+                fmt::format("from {} s to {} s is no time", part.from_s, part.to_s), {.key = "from"},
+                "Give seconds from the first message, for example `from=10` `to=20`.");
   const std::uint64_t start = recording_start_ns(log);
   if (const LogSummary& all = log.summary(); all.complete && all.end) {
     const double long_s = static_cast<double>(static_cast<std::int64_t>(*all.end - start)) * 1e-9;
     if (part.from_s > std::max(0.0, long_s))
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("the recording ends {:.3f} s after its first message", long_s),
-                  {.key = "--from"}, "Give a smaller number of seconds.");
+                  fmt::format("the recording ends {:.3f} s after its first message", long_s), {.key = "from"},
+                  "Give a smaller number of seconds.");
   }
   constexpr double kMost_s = 1e9;  // 30 years
   if (part.from_s > 0)
@@ -299,11 +299,11 @@ Status play_log(MessageLog& log, const LogSelection& selection, const PlayOption
 Status check_effects(const PlayWords& words, const GivenFlags& given) {
   if (!(words.options.speed >= 0 && words.options.speed <= 1e6))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", words.options.speed),
-                {.key = "--speed"}, "1 is as it was, 0 as fast as possible.");
+                {.key = "speed"}, "1 is as it was, 0 as fast as possible.");
   FlagRefusals refused(given);
-  refused.flags(words.ros2, {"--messages", "--json"}, "nothing is printed with --ros2", "Leave it out.");
-  refused.flags(!words.ros2, {"--commands"}, "nothing is published without --ros2",
-                "Add --ros2, or leave it out.");
+  refused.flags(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Leave it out.");
+  refused.flags(!words.ros2, {"commands"}, "nothing is published without `ros2`",
+                "Add `ros2`, or leave it out.");
   return refused.status();
 }
 

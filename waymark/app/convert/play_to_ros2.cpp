@@ -17,7 +17,7 @@ namespace {
 void note_rest(const LogPublisher& publisher, const JobControl& control) {
   for (const std::string& topic : publisher.left_out())
     control.note(topic +
-                 " was left out: velocity commands move a robot that listens. --commands publishes them");
+                 " was left out: velocity commands move a robot that listens. `commands` publishes them");
   for (const std::string& topic : publisher.passed_over())
     control.note(topic + " was passed over: not of ROS");
 }

@@ -23,11 +23,11 @@ Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& select
 
 ExitCode play(const PlayArgs& args, Console& console) {
   if (Status status = check_effects(args, given_on(args.app)); !status)
-    return console.failed(status.error(), ExitCode::Usage);
+    return fail_usage(status.error(), console);
   const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
   if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
   const Result<LogSelection> selection = select_part(**log, args.part);
-  if (!selection) return console.failed(selection.error(), ExitCode::Usage);
+  if (!selection) return fail_usage(selection.error(), console);
   const auto print = [&](const std::string& line) {
     console.print(line);
     return !console.output_ended();

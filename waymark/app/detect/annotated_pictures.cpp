@@ -56,7 +56,7 @@ Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std
     std::error_code ignored;
     if (std::filesystem::equivalent(input.path, path, ignored))
       return fail(ErrorCode::InvalidArgument, "this is a video that is read", {.source = path},
-                  "Give --annotate another name.");
+                  "Give `annotate` another name.");
     if (known || input.error || !looks_like_video(input.path)) continue;
     const Result<VideoReader> reader = VideoReader::open(input.path);
     if (!reader) continue;  // said when it is read

@@ -110,10 +110,10 @@ Result<bool> is_camera_input(const std::vector<std::string>& sources, const Give
   const auto live = are_cameras(sources);
   if (!live) return live;
   FlagRefusals refused(given);
-  refused.flags(*live && sources.size() > 1, {"--view", "--camera"},
+  refused.flags(*live && sources.size() > 1, {"view", "camera"},
                 "this is about one camera, and several are named", "Run the program once for each camera.");
-  refused.flags(!*live, {"--view", "--duration-s"}, "this is about live cameras", "Leave it out.");
-  refused.flags(*live, {"--annotate", "--recursive"}, "this is about files, and the input is a live camera",
+  refused.flags(!*live, {"view", "duration_s"}, "this is about live cameras", "Leave it out.");
+  refused.flags(*live, {"annotate", "recursive"}, "this is about files, and the input is a live camera",
                 "Leave it out; `waymark convert` records the camera.");
   if (!refused.status()) return tl::unexpected(refused.status().error());
   return live;

@@ -55,7 +55,7 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
     if (!input.error && fs::equivalent(parent.empty() ? "." : parent, folder, ignored)) {
       return fail(
           ErrorCode::InvalidArgument, "this folder holds the pictures themselves", {.source = folder},
-          "Give --annotate another folder, for example " + (fs::path(folder) / "annotated").string() + ".");
+          "Give `annotate` another folder, for example " + (fs::path(folder) / "annotated").string() + ".");
     }
   }
   annotations.names = annotation_names(paths);

@@ -45,7 +45,7 @@ using EachDetected = std::function<bool(const PictureReport& report, const PoseL
 /// report.
 [[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
 
-/// The contract of `waymark detect --json` (docs/reference/cli.md).
+/// The contract of the JSON output of detect (docs/reference/cli.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses,
                                              bool with_covariance);
 

@@ -208,9 +208,9 @@ TEST_F(DetectPictures, AreScoredAgainstTheTruth) {
   EXPECT_FALSE(evaluate_detections(job, finder_, {}));
 }
 
-/// Six by five tags of 4 cm, projected without noise, as `waymark detect --json` writes them.
+/// Six by five tags of 4 cm, projected without noise, as detect writes them as JSON.
 std::string board_detections(const CameraModel& camera, int pictures) {
-  const TargetDescription board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
+  const TargetOptions board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
   const TagMap tags = CalibrationTarget::make(board)->tags();
   std::string lines;
   for (int i = 0; i < pictures; ++i) {
@@ -240,22 +240,21 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
   const CameraModel truth =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
   ASSERT_TRUE(write_text_file(folder_ / "tags.jsonl", board_detections(truth, 10)));
-  const CalibrateCameraJob job{.detections = at("tags.jsonl"),
-                               .target = {.columns = 6, .rows = 5, .tag_size_m = 0.04},
-                               .lens = "none",
-                               .output = at("calibration.yaml"),
-                               .camera_info = at("camera.yaml")};
+  const CalibrateCameraJob job{
+      .detections = at("tags.jsonl"),
+      .target = {.columns = 6, .rows = 5, .tag_size_m = 0.04},
+      .fit = {.lens = "none", .output = at("calibration.yaml"), .camera_info = at("camera.yaml")}};
   const auto target = CalibrationTarget::make(job.target);
   ASSERT_TRUE(target);
-  ASSERT_TRUE(check_outputs(job));
+  ASSERT_TRUE(check_outputs(job.fit));
   const auto report = calibrate_camera(job, *target, finder_, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_EQ(report->pictures.size(), 10U);
   ASSERT_EQ(report->found.names[0], "fx_px");
   EXPECT_NEAR(report->found.parameters[0], 512, 0.01);
-  EXPECT_FALSE(fs::exists(job.output)) << "nothing is written yet";
-  ASSERT_TRUE(write_camera_calibration(job, *report));
-  const auto read = read_camera(job.camera_info, "");
+  EXPECT_FALSE(fs::exists(job.fit.output)) << "nothing is written yet";
+  ASSERT_TRUE(write_camera_calibration(job.fit, *report));
+  const auto read = read_camera(job.fit.camera_info, "");
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_EQ(read->camera.width_px(), 640);
   EXPECT_EQ(to_json(*report)["pictures"].size(), 10U);

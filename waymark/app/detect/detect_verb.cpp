@@ -70,7 +70,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
     return console.failed(poses.error(), flag ? ExitCode::Usage : ExitCode::SomeFailed);
   }
   const auto live = is_camera_input(args.job.sources, given_on(app));
-  if (!live) return console.failed(live.error(), ExitCode::Usage);
+  if (!live) return fail_usage(live.error(), console);
   if (*live)
     return detect_live({.addresses = args.job.sources,
                         .poses = std::move(*poses),

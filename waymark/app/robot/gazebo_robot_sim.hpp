@@ -1,11 +1,26 @@
 #pragma once
 
+#include <string>
+
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/robot/plant.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/robots/gazebo/gazebo_link.hpp"
 #include "waymark/robots/gazebo/profile.hpp"
 
 namespace waymark {
+
+struct GazeboSimOptions {
+  std::string profile{};  ///< a name, or the path of a .yaml file
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.profile, JobField("gazebo PROFILE", "Names of the topics: limo, or the path of a .yaml file")
+                            .input()
+                            .also("gazebo")
+                            .required());
+  }
+};
 
 /// Runs a plant with this camera on the network of Gazebo, until it is cancelled: it publishes what a
 /// profile subscribes (pictures, calibration, odometry, IMU, lidar, poses, clock), stamped with simulated

@@ -89,8 +89,8 @@ class LimoRobotSim {
         plant_(plant),
         terminal_(std::move(terminal)),
         pipe_(std::move(pipe)),
-        out_(options.faults, 2 * options.seed),
-        in_(options.faults, 2 * options.seed + 1) {
+        out_(options.faults, 2 * setup.robot.seed),
+        in_(options.faults, 2 * setup.robot.seed + 1) {
     if (setup.robot.dynamics.drive == "ackermann") state_.drive = LimoDrive::Ackermann;
   }
 

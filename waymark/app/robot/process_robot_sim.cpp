@@ -59,7 +59,7 @@ class OrderInput {
 /// A simulated robot that speaks on standard output and listens on standard input.
 class SimulatedProcess {
  public:
-  SimulatedProcess(Plant& plant, std::string name, bool pictures, const SimulatedProcessOptions& options,
+  SimulatedProcess(Plant& plant, std::string name, bool pictures, const ProcessSimOptions& options,
                    const JobControl& control)
       : plant_(plant),
         name_(std::move(name)),
@@ -148,8 +148,8 @@ class SimulatedProcess {
 
 }  // namespace
 
-Status run_simulated_process(Plant& plant, const SimulatedSetup& setup,
-                             const SimulatedProcessOptions& options, const JobControl& control) {
+Status run_process_robot_sim(Plant& plant, const SimulatedSetup& setup,
+                             const ProcessSimOptions& options, const JobControl& control) {
   never_wait(STDIN_FILENO);
   return SimulatedProcess(plant, setup.model.name, setup.pictures.has_value(), options, control).run();
 }

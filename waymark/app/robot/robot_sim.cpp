@@ -3,9 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "waymark/app/robot/gazebo_robot_sim.hpp"
 #include "waymark/app/robot/plant.hpp"
-#include "waymark/app/robot/ros2_robot_sim.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/simulation/world/world.hpp"
@@ -23,55 +21,61 @@ Result<std::unique_ptr<Plant>> at_begin_of_line(const SimulatedSetup& setup) {
 }
 
 /// The types of lines that the wire cannot do without.
-std::vector<std::string> lines_of(SimWire wire) {
-  if (wire == SimWire::Gazebo) return {"image"};
-  if (wire == SimWire::Mbot) return {"detections"};
+std::vector<std::string> lines_of(const SimWire& wire) {
+  if (std::holds_alternative<GazeboSimOptions>(wire)) return {"image"};
+  if (std::holds_alternative<MbotSimOptions>(wire)) return {"detections"};
   return {};
 }
 
-Status run_as_mbot(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
-                   const JobControl& control) {
-  if (setup.pictures)
-    return fail(ErrorCode::InvalidArgument, "an MBot sends no pictures over LCM, but the poses of tags",
-                {.key = "--images"}, "Leave it out.");
-  if (Status alone = no_mbot_at(job.mbot_address); !alone) return alone;
-  const auto link = open_lcm(job.mbot_address);
-  if (!link) return tl::unexpected(link.error());
-  return run_mbot_robot_sim(**link, plant, setup, job.mbot_generation, control);
-}
+/// Speaks for a plant, on each wire.
+struct Speaker {
+  Plant& plant;
+  const SimulatedSetup& setup;
+  const std::function<void(const std::string&)>& on_port;
+  const JobControl& control;
 
-Status run_as_gazebo(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
-                     const JobControl& control) {
-  const auto profile = find_gazebo_profile(job.gazebo_profile);
-  if (!profile) return tl::unexpected(profile.error());
-  const auto link = open_gazebo();
-  if (!link) return tl::unexpected(link.error());
-  return run_gazebo_robot_sim(**link, *profile, plant, setup.camera, control);
-}
+  Status operator()(const ProcessSimOptions& options) const {
+    return run_process_robot_sim(plant, setup, options, control);
+  }
 
-Status run_as_ros2(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
-                   const JobControl& control) {
-  const auto bus = open_bus(job.ros2);
-  if (!bus) return tl::unexpected(bus.error());
-  return run_ros2_robot_sim(**bus, plant, setup, control);
-}
+  Status operator()(const Ros2SimOptions& options) const {
+    const auto bus = open_bus(options.network);
+    if (!bus) return tl::unexpected(bus.error());
+    return run_ros2_robot_sim(**bus, plant, setup, control);
+  }
+
+  Status operator()(const LimoSimOptions& options) const {
+    return run_limo_robot_sim(plant, setup, options, on_port, control);
+  }
+
+  Status operator()(const MbotSimOptions& options) const {
+    if (setup.pictures)
+      return fail(ErrorCode::InvalidArgument, "an MBot sends no pictures over LCM, but the poses of tags",
+                  {.key = "images"}, "Leave it out.");
+    if (Status alone = no_mbot_at(options.address); !alone) return alone;
+    const auto link = open_lcm(options.address);
+    if (!link) return tl::unexpected(link.error());
+    return run_mbot_robot_sim(**link, plant, setup, mbot_generation(options.generation), control);
+  }
+
+  Status operator()(const GazeboSimOptions& options) const {
+    const auto profile = find_gazebo_profile(options.profile);
+    if (!profile) return tl::unexpected(profile.error());
+    const auto link = open_gazebo();
+    if (!link) return tl::unexpected(link.error());
+    return run_gazebo_robot_sim(**link, *profile, plant, setup.camera, control);
+  }
+};
 
 }  // namespace
 
-SimWire wire_of(const RobotSimWords& request) {
-  if (request.limo) return SimWire::Limo;
-  if (!request.job.mbot_address.empty()) return SimWire::Mbot;
-  if (!request.job.gazebo_profile.empty()) return SimWire::Gazebo;
-  return request.ros2 ? SimWire::Ros2 : SimWire::Process;
-}
-
-Status fit_to_wire(SimWire wire, SimulatedSetup& setup) {
-  if (wire != SimWire::Gazebo) return {};
+Status fit_to_wire(const SimWire& wire, SimulatedSetup& setup) {
+  if (!std::holds_alternative<GazeboSimOptions>(wire)) return {};
   constexpr double kNever_s = 1e6;  // Gazebo's diff drive goes on with the last command for ever
   setup.robot.watchdog_s = kNever_s;
   if (setup.pictures) return {};
   return fail(ErrorCode::InvalidArgument, "Gazebo's topics carry pictures, not the corners of tags",
-              {.key = "--gazebo"}, "Add --images.");
+              {.key = "gazebo"}, "Add `images`.");
 }
 
 std::optional<RobotCommand> plant_command(const std::string& word) {
@@ -80,7 +84,8 @@ std::optional<RobotCommand> plant_command(const std::string& word) {
   return RobotCommand(word.substr(kProcess.size()));
 }
 
-Result<std::unique_ptr<Plant>> make_plant(SimWire wire, const RobotSetup& setup, const JobControl& control) {
+Result<std::unique_ptr<Plant>> make_plant(const SimWire& wire, const RobotSetup& setup,
+                                          const JobControl& control) {
   if (setup.process.empty()) return at_begin_of_line(setup.simulated);
   return start_process_plant(setup.process, {.sends = lines_of(wire),
                                              .watchdog_s = setup.simulated.robot.watchdog_s,
@@ -88,24 +93,9 @@ Result<std::unique_ptr<Plant>> make_plant(SimWire wire, const RobotSetup& setup,
                                              .on_text = control.note});
 }
 
-Status run_robot_sim(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
+Status run_robot_sim(const SimWire& wire, Plant& plant, const SimulatedSetup& setup,
                      const std::function<void(const std::string&)>& on_port, const JobControl& control) {
-  switch (job.wire) {
-    case SimWire::Process:
-      break;
-    case SimWire::Ros2:
-      return run_as_ros2(job, plant, setup, control);
-    case SimWire::Limo: {
-      LimoSimOptions options = job.limo;
-      options.seed = setup.robot.seed;
-      return run_limo_robot_sim(plant, setup, options, on_port, control);
-    }
-    case SimWire::Mbot:
-      return run_as_mbot(job, plant, setup, control);
-    case SimWire::Gazebo:
-      return run_as_gazebo(job, plant, setup, control);
-  }
-  return run_simulated_process(plant, setup, job.process, control);
+  return std::visit(Speaker{plant, setup, on_port, control}, wire);
 }
 
 }  // namespace waymark

@@ -16,22 +16,24 @@ RobotSetup setup_with(bool pictures) {
 }
 
 TEST(RobotSim, OnlyGazeboNeedsPicturesAndNeverStopsByItself) {
-  for (const SimWire wire : {SimWire::Process, SimWire::Ros2, SimWire::Limo, SimWire::Mbot}) {
+  const std::vector<SimWire> others = {ProcessSimOptions{}, Ros2SimOptions{}, LimoSimOptions{},
+                                       MbotSimOptions{}};
+  for (const SimWire& wire : others) {
     RobotSetup setup = setup_with(false);
     const double watchdog_s = setup.simulated.robot.watchdog_s;
     EXPECT_TRUE(fit_to_wire(wire, setup.simulated));
     EXPECT_EQ(setup.simulated.robot.watchdog_s, watchdog_s);
   }
   RobotSetup blind = setup_with(false);
-  EXPECT_FALSE(fit_to_wire(SimWire::Gazebo, blind.simulated));
+  EXPECT_FALSE(fit_to_wire(GazeboSimOptions{}, blind.simulated));
   RobotSetup sees = setup_with(true);
-  EXPECT_TRUE(fit_to_wire(SimWire::Gazebo, sees.simulated));
+  EXPECT_TRUE(fit_to_wire(GazeboSimOptions{}, sees.simulated));
   EXPECT_GT(sees.simulated.robot.watchdog_s, 1e5);
 }
 
 TEST(RobotSim, StartsWhereTheLineBeginsAndLooksAlongIt) {
   const RobotSetup setup = setup_with(false);
-  const auto plant = make_plant(SimWire::Process, setup, {});
+  const auto plant = make_plant(ProcessSimOptions{}, setup, {});
   ASSERT_TRUE(plant) << to_string(plant.error());
   const auto& line = setup.simulated.world.path_m;
   while ((*plant)->uptime() < std::chrono::seconds(1)) {
@@ -43,39 +45,38 @@ TEST(RobotSim, StartsWhereTheLineBeginsAndLooksAlongIt) {
   }
   RobotSetup nowhere = setup;
   nowhere.simulated.world.path_m.clear();
-  EXPECT_FALSE(make_plant(SimWire::Process, nowhere, {}));
+  EXPECT_FALSE(make_plant(ProcessSimOptions{}, nowhere, {}));
 }
 
 TEST(RobotSim, AProgramThatDoesNotSendWhatTheWireCarriesIsRefused) {
   RobotSetup setup = setup_with(false);
   setup.process =
       "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --lockstep";  // corners, no pictures
-  const auto plant = make_plant(SimWire::Gazebo, setup, {});
+  const auto plant = make_plant(GazeboSimOptions{}, setup, {});
   ASSERT_FALSE(plant);
   EXPECT_THAT(to_string(plant.error()), HasSubstr("image"));
-  EXPECT_TRUE(make_plant(SimWire::Mbot, setup, {}));
+  EXPECT_TRUE(make_plant(MbotSimOptions{}, setup, {}));
 }
 
 TEST(RobotSim, AnMbotSendsNoPictures) {
   const RobotSetup setup = setup_with(true);
-  const auto plant = make_plant(SimWire::Mbot, setup_with(false), {});
+  const auto plant = make_plant(MbotSimOptions{}, setup_with(false), {});
   ASSERT_TRUE(plant);
   const Status refused =
-      run_robot_sim({.wire = SimWire::Mbot}, **plant, setup.simulated, [](const std::string&) {}, {});
+      run_robot_sim(MbotSimOptions{}, **plant, setup.simulated, [](const std::string&) {}, {});
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().place.key, "--images");
+  EXPECT_EQ(refused.error().place.key, "images");
 }
 
 TEST(RobotSim, ASerialPortEndsWhenItIsCancelled) {
   const RobotSetup setup = setup_with(false);
-  const auto plant = make_plant(SimWire::Limo, setup, {});
+  const auto plant = make_plant(LimoSimOptions{}, setup, {});
   ASSERT_TRUE(plant);
   std::string port;
   JobControl control;
   control.cancelled = [&] { return !port.empty(); };
   const Status ended = run_robot_sim(
-      {.wire = SimWire::Limo}, **plant, setup.simulated, [&](const std::string& path) { port = path; },
-      control);
+      LimoSimOptions{}, **plant, setup.simulated, [&](const std::string& path) { port = path; }, control);
   EXPECT_TRUE(ended) << to_string(ended.error());
   EXPECT_THAT(port, HasSubstr("/dev/pts/"));
 }

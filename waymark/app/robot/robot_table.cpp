@@ -100,7 +100,7 @@ void add_profiles(const std::string& kind, const Find& find, const std::string& 
   for (const ListedFile& listed : *profiles) {
     const auto profile = find(listed.path.string());
     if (profile && profile->robot == robot)
-      ways.push_back(fmt::format("--robot {}:{} ({})", kind, listed.name, topics_of(*profile)));
+      ways.push_back(fmt::format("`robot={}:{}` ({})", kind, listed.name, topics_of(*profile)));
   }
 }
 
@@ -110,10 +110,10 @@ std::vector<std::string> ways_to_reach(const std::string& robot) {
   std::vector<std::string> ways;
   for (const RobotKind& kind : robot_kinds())
     if (kind.name == robot)
-      ways.push_back(fmt::format("--robot {}:{} ({})", kind.name, kind.address, kind.help));
+      ways.push_back(fmt::format("`robot={}:{}` ({})", kind.name, kind.address, kind.help));
   add_profiles("ros2", find_ros2_profile, robot, ways);
   add_profiles("gazebo", find_gazebo_profile, robot, ways);
-  ways.push_back(fmt::format("--robot process:CMD --robot-file {} (docs/formats/robot-process.md)", robot));
+  ways.push_back(fmt::format("`robot=process:CMD` `robot_file={}` (docs/formats/robot-process.md)", robot));
   return ways;
 }
 

@@ -12,7 +12,7 @@ namespace waymark {
 /// limits, wheels, each camera with its mounting, and how it behaves in simulation.
 [[nodiscard]] std::string robot_text(const RobotDescription& robot, const std::string& comment);
 
-/// How a robot of that name is driven, one a line: the kinds of `--robot` and the profiles of ROS 2 that are
+/// How a robot of that name is driven, one a line: the kinds of `robot` and the profiles of ROS 2 that are
 /// made for it, with their addresses or topics; a word on any other way.
 [[nodiscard]] std::vector<std::string> ways_to_reach(const std::string& robot);
 

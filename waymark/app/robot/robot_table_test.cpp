@@ -51,8 +51,8 @@ TEST(RobotText, LongCommentsAreBrokenAtSpacesAndLoseNothing) {
 }
 
 TEST(RobotWays, NamesTheProfilesOfGazebo) {
-  EXPECT_THAT(ways_to_reach("limo-gazebo"), ::testing::Contains(HasSubstr("--robot gazebo:limo ")));
-  EXPECT_THAT(ways_to_reach("limo"), ::testing::Contains(HasSubstr("--robot ros2:limo ")));
+  EXPECT_THAT(ways_to_reach("limo-gazebo"), ::testing::Contains(HasSubstr("`robot=gazebo:limo` ")));
+  EXPECT_THAT(ways_to_reach("limo"), ::testing::Contains(HasSubstr("`robot=ros2:limo` ")));
 }
 
 }  // namespace

@@ -7,6 +7,10 @@
 
 namespace waymark {
 
+struct Ros2SimOptions {
+  BusOptions network{};
+};
+
 /// Runs a plant in real time as a robot of ROS 2 with the setup's camera, until the control cancels it: the
 /// topics, qualities of service and frames of LIMO's driver and camera (share/ros2/limo.yaml), stamped by
 /// this machine's clock; notes once that it does; /truth/pose beside them. It obeys /cmd_vel (Twist). A plant

@@ -96,16 +96,15 @@ Status check_board_style(const std::string& style) {
 Status check_effects(const BoardDescription& board, const GivenFlags& given) {
   if (const Status known = check_board_style(board.style); !known) return known;
   const bool squares = board.of_squares();
-  const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
-                             : "Leave it out, or choose --style chessboard or charuco.";
+  const char* hint = squares ? "Leave it out, or choose `style=separate` or aprilgrid."
+                             : "Leave it out, or choose `style=chessboard` or charuco.";
   const std::string why = fmt::format("this has no effect on the style {}", board.style);
   FlagRefusals refused(given);
-  refused.flags(!squares,
-                {"--square-size-m", "--marker-size-m", "--dictionary", "--legacy-pattern", "--tiled"}, why,
+  refused.flags(!squares, {"square_size_m", "marker_size_m", "dictionary", "legacy_pattern", "tiled"}, why,
                 hint);
-  refused.flags(squares, {"--tag-size-m", "--spacing", "--family", "--kalibr-yaml"}, why, hint);
-  refused.flags(board.style == "chessboard",
-                {"--marker-size-m", "--dictionary", "--legacy-pattern", "--first-id"}, why, "Leave it out.");
+  refused.flags(squares, {"tag_size_m", "spacing", "family", "kalibr_yaml"}, why, hint);
+  refused.flags(board.style == "chessboard", {"marker_size_m", "dictionary", "legacy_pattern", "first_id"},
+                why, "Leave it out.");
   return refused.status();
 }
 
@@ -115,7 +114,7 @@ Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr) 
   if (!kalibr) return PlannedBoard{std::move(*layout), {}};
   auto target = plot::kalibr_target(options);
   if (target) return PlannedBoard{std::move(*layout), std::move(*target)};
-  target.error().place.key = "--kalibr-yaml";
+  target.error().place.key = "kalibr_yaml";
   return tl::unexpected(std::move(target.error()));
 }
 

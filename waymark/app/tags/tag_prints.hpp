@@ -138,7 +138,7 @@ struct PlannedBoard {
   plot::BoardLayout layout;
   std::string kalibr_target;  ///< empty when it was not asked for
 };
-/// Errors: those of layout_board(); of kalibr_target() with the key --kalibr-yaml.
+/// Errors: those of layout_board(); of kalibr_target() with the key kalibr_yaml.
 [[nodiscard]] Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr);
 
 [[nodiscard]] std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files);

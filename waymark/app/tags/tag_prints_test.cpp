@@ -72,7 +72,7 @@ TEST(PlannedBoardOfTags, HoldsWhatKalibrReadsOnlyWhereItIsAskedFor) {
   EXPECT_THAT(plan_board(options, true)->kalibr_target, HasSubstr("aprilgrid"));
   options.style = plot::BoardStyle::Separate;
   ASSERT_TRUE(plan_board(options, false));
-  EXPECT_THAT(to_string(plan_board(options, true).error()), StartsWith("(--kalibr-yaml): "));
+  EXPECT_THAT(to_string(plan_board(options, true).error()), StartsWith("(kalibr_yaml): "));
   options.tag_size_m = 4;
   EXPECT_THAT(to_string(plan_board(options, false).error()), HasSubstr("fit"));
 }

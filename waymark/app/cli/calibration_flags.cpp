@@ -1,0 +1,29 @@
+#include "waymark/app/cli/calibration_flags.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "waymark/app/common/json_line.hpp"
+
+namespace waymark::cli {
+
+Result<CalibrationTarget> usable_target(const TargetOptions& target, const CameraFitJob& fit) {
+  auto made = CalibrationTarget::make(target);
+  if (!made) return made;
+  if (const Status writable = check_outputs(fit); !writable) return tl::unexpected(writable.error());
+  return made;
+}
+
+ExitCode fail_before_reading(const Error& error, Console& console) {
+  const bool of_command_line = error.code == ErrorCode::InvalidArgument && error.place.source.empty();
+  return console.failed(naming_flag(error), of_command_line ? ExitCode::Usage : ExitCode::SomeFailed);
+}
+
+ExitCode print_and_write(const Result<CalibrateCameraReport>& report, const CameraFitJob& fit, bool json,
+                         Console& console) {
+  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  console.print(json ? json_line(to_json(*report)) : to_text(*report));
+  const Status written = write_camera_calibration(fit, *report);
+  return written ? ExitCode::Ok : console.failed(written.error(), ExitCode::SomeFailed);
+}
+
+}  // namespace waymark::cli

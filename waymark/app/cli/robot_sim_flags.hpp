@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/app/cli/robot_flags.hpp"
+#include "waymark/app/robot/robot_sim.hpp"
+
+namespace waymark::cli {
+
+/// Whether another program may be the simulation behind the wire: the flag --plant.
+enum class PlantFlag : std::uint8_t { Shown, None };
+
+/// The flags of a simulated robot whatever it speaks: --config, --set, those of its setup, --images,
+/// --faults,
+/// --plant. Must stay where it is while the command line is parsed.
+class RobotSimFlags {
+ public:
+  explicit RobotSimFlags(CLI::App& verb, PlantFlag plant = PlantFlag::Shown);
+  RobotSimFlags(const RobotSimFlags&) = delete;
+  RobotSimFlags& operator=(const RobotSimFlags&) = delete;
+
+  /// Runs the robot on its wire, until Ctrl-C or the end of its input. An error of the wire's options is one
+  /// of usage.
+  [[nodiscard]] ExitCode run(const Result<SimWire>& wire, Console& console) const;
+
+ private:
+  Settings settings_;
+  SetupFlags setup_;
+  PictureFlags pictures_;
+  std::string plant_{};
+};
+
+}  // namespace waymark::cli
