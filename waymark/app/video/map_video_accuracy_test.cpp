@@ -304,7 +304,7 @@ const std::vector<SceneFrame>& field_frames(const std::filesystem::path& video) 
       all.push_back({picture.stamp, {{0, std::move(tags.detections)}}});
       return {};
     };
-    const CameraModel camera = field_job(video).camera;
+    const CameraModel camera = *field_job(video).camera;
     if (finder) static_cast<void>(find_video_tags(video.string(), *finder, &camera, {}, add));
     return all;
   }();
