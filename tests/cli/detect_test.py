@@ -77,8 +77,9 @@ class Detect(InFolder):
 
     def test_a_video_is_mapped_only_with_its_camera(self):
         self.run_here("detect", "photograph.png", "--annotate", "walk.mp4")
-        for flags, words in (([], "--camera"), (["--camera", "c.yaml"], "--tag-size-m"),
-                             (["--camera", "c.yaml", "--tag-size-m", "0.16", "--robot", "limo"], "no effect on videos")):
+        (self.folder / "camera.yaml").write_text(pictures.CAMERA)
+        for flags, words in (([], "--camera"), (["--camera", "camera.yaml"], "--tag-size-m"),
+                             (["--camera", "camera.yaml", "--tag-size-m", "0.16", "--robot", "limo"], "it is one of `waymark map lap`")):
             outcome = self.run_here("map", "walk.mp4", "-o", "map", *flags)
             self.assertEqual(outcome.code, 2, outcome.err)
             self.assertIn(words, outcome.err)

@@ -10,16 +10,16 @@ import os
 import re
 import unittest
 
+import pictures
 from harness import InFolder, waymark
-from laps import LAP_OF_SQUARE, made
 
 FULL = bool(os.environ.get("WAYMARK_FULL"))
-LAP = made(*LAP_OF_SQUARE) / "lap.mcap"
 MOST = 20  # flags that --help shows
 
 # What each verb with option structs needs before it looks at them.
 NEEDS = {
-    "demo": "-o demo", "teach": "--world circuit24 -o lap.mcap", "map": "lap.mcap -o map", "replay": "map --world circuit24",
+    "demo": "-o demo", "teach": "--world circuit24 -o lap.mcap", "map lap": "lap.mcap -o map", "map scene": "tags.bag --tagslam folder -o map",
+    "map video": "walk.mp4 --camera camera.yaml --tag-size-m 0.1 -o map", "replay": "map --world circuit24",
     "optimize": "map", "run": "--world circuit24 --driver scripted -o session", "explore": "", "localize": "lap.mcap --map map",
     "simulate": "--like lap.mcap -o like.mcap", "robot-sim process": "--world circuit24",
     "robot-sim ros2": "--world circuit24", "robot-sim limo": "--world circuit24", "robot-sim mbot": "--world circuit24",
@@ -92,22 +92,13 @@ WITHOUT_EFFECT = {
     ("calibrate camera", "--first-id"): "photograph.png --map map.yaml --first-id 3",
     ("calibrate robot", "--map-sigma"): "lap.mcap --map-sigma 0.1",
     ("localize", "--no-adapt"): f"{NEEDS['localize']} --method anchor --no-adapt",
-    ("map", "--camera"): f"{LAP} -o map --camera camera.yaml",
-    ("map", "--camera-name"): f"{NEEDS['map']} --camera-name left",
-    **{("map", flag): f"{NEEDS['map']} {flag} {value}" for flag, value in (
-        ("--readout-ms", "15"), ("--tag-size-sigma-m", "0.001"), ("--distance", "3,7,2.4"), ("--upright", "3"), ("--floor", "3"),
-        ("--plane", "3,4"), ("--level-sigma-deg", "2"), ("--prior-sigma-m", "0.01"), ("--prior-sigma-deg", "1"))},
-    ("map", "--route-name"): f"{NEEDS['map']} --route-name kitchen",
-    ("map", "--freeze"): f"{NEEDS['map']} --freeze 3",
-    ("map", "--remove"): f"{NEEDS['map']} --remove 3",
-    ("map", "--map-sigma"): f"{NEEDS['map']} --map-sigma 0.1",
-    ("map", "--model"): f"{NEEDS['map']} --model tagslam",
-    ("map", "--free-intrinsics"): f"{NEEDS['map']} --free-intrinsics",
-    ("map", "--against"): f"{NEEDS['map']} --against other",
-    **{("map", flag): f"lap.mcap -o map --tagslam folder {flag} {value}" for flag, value in (
-        ("--robot", "limo"), ("--method", "chain"), ("--anchor", "0"), ("--anchor-pose", "0 0 0 0 0 0"), ("--tag-size-m", "0.1"),
-        ("--world", "circuit24"), ("--prior", "map.yaml"), ("--extend", "map"), ("--base-frame", "base"), ("--camera-frame", "camera"),
-        ("--camera-topic", "/camera"), ("--odometry-topic", "/odom"), ("--imu-topic", "/imu"), ("--family", "tag16h5"), ("--no-refine", ""))},
+    ("map lap", "--route-name"): f"{NEEDS['map lap']} --route-name kitchen",
+    ("map lap", "--freeze"): f"{NEEDS['map lap']} --freeze 3",
+    ("map lap", "--remove"): f"{NEEDS['map lap']} --remove 3",
+    ("map lap", "--map-sigma"): f"{NEEDS['map lap']} --map-sigma 0.1",
+    ("map scene", "--free-intrinsics"): f"{NEEDS['map scene']} --model tagslam --free-intrinsics",
+    **{("map video", flag): f"{NEEDS['map video']} {flag} {value}" for flag, value in (
+        ("--level-sigma-deg", "2"), ("--prior-sigma-m", "0.01"), ("--prior-sigma-deg", "1"))},
     **{("convert", flag): f"walk.mp4 walk.mcap {flag} {value}" for flag, value in (
         ("--format", "csv"), ("--topics", "/odom"), ("--from", "1"), ("--to", "2"), ("--kind", "imu"), ("--robot", "limo"), ("--tag-latency-s", "0.1"))},
     **{("convert", flag): f"{NEEDS['convert']} {flag} {value}" for flag, value in (("--ros-distro", "humble"), ("--storage", "mcap"))},
@@ -129,14 +120,33 @@ WITHOUT_EFFECT = {
     ("localize", "--readout-ms"): "lap.mcap --map map --readout-ms 2",
     ("localize", "--camera-name"): "lap.mcap --map map --camera-name left",
     ("localize", "--camera-size"): "lap.mcap --map map --camera-size 640x480",
-    ("map", "--camera-size"): f"{NEEDS['map']} --camera-size 640x480",
     ("detect", "--camera-size"): "photograph.png --camera-size 640x480",
     ("convert", "--camera-size"): f"{NEEDS['convert']} --camera-size 640x480",
     ("localize", "--record-images"): "lap.mcap --map map --record-images jpeg",
     **{("detect", flag): f"photograph.png {flag} {value}" for flag, value in SERVED.items()},
     **{("calibrate guided", flag): f"{NEEDS['calibrate guided']} {flag} {value}" for flag, value in SERVED.items()},
-    # The page of `view` has no --view: its flags always count.
-    **{("view", flag): "" for flag in SERVED}}
+    # The page of `view` has no --view: its flags always count. So do those of a sub-verb that has them alone.
+    **{("view", flag): "" for flag in SERVED},
+    **{("map video", flag): "" for flag in ("--camera-name", "--camera-size", "--readout-ms", "--tag-size-sigma-m", "--distance", "--upright", "--floor",
+                                            "--plane")},
+    **{("map scene", flag): "" for flag in ("--model", "--against")}}
+
+# (verb, flag): a line without a sub-verb, which one it chooses, and which one has the flag.
+OF_ANOTHER = {
+    **{("map", flag): (f"lap.mcap -o map {flag} {value}", "map lap", of) for flag, value, of in (
+        ("--readout-ms", "15", "map video"), ("--tag-size-sigma-m", "0.001", "map video"), ("--distance", "3,7,2.4", "map video"),
+        ("--upright", "3", "map video"), ("--floor", "3", "map video"), ("--plane", "3,4", "map video"), ("--level-sigma-deg", "2", "map video"),
+        ("--prior-sigma-m", "0.01", "map video"), ("--prior-sigma-deg", "1", "map video"), ("--camera-name", "left", "map video"),
+        ("--camera-size", "640x480", "map video"), ("--model", "tagslam", "map scene"), ("--free-intrinsics", "", "map scene"),
+        ("--against", "other", "map scene"), ("--force", "", "map convert"))},
+    **{("map", f"{flag} of a scene"): (f"tags.bag -o map --tagslam folder {flag} {value}", "map scene", "map lap") for flag, value in (
+        ("--robot", "limo"), ("--method", "chain"), ("--anchor", "0"), ("--anchor-pose", "0 0 0 0 0 0"), ("--tag-size-m", "0.1"),
+        ("--world", "circuit24"), ("--prior", "map.yaml"), ("--extend", "map"), ("--base-frame", "base"), ("--camera-frame", "camera"),
+        ("--camera-topic", "/camera"), ("--odometry-topic", "/odom"), ("--imu-topic", "/imu"), ("--family", "tag16h5"), ("--no-refine", ""),
+        ("--find-mounting", ""), ("--smoothing-m", "0.2"))},
+    **{("map", f"{flag} of a video"): (f"walk.mp4 -o map {flag} {value}", "map video", of) for flag, value, of in (
+        ("--robot", "limo", "map lap"), ("--method", "chain", "map lap"), ("--extend", "map", "map lap"), ("--world", "circuit24", "map lap"),
+        ("--camera-frame", "camera", "map lap"), ("--find-mounting", "", "map lap"), ("--model", "tagslam", "map scene"))}}
 
 # A line that names no sub-verb, with a flag that the one it is read as does not have; that one, and the one that has the flag.
 OF_ANOTHER_VERB = [
@@ -162,9 +172,7 @@ IDLE = [
     ("calibrate camera", "views", DETECTIONS["calibrate camera"], None),
     *(("convert", section, NEEDS["convert"], None) for section in ("detector", "refinement")),
     *((verb, "refinement", f"{NEEDS[verb]} --no-refine", None) for verb in ("detect", "calibrate camera", "calibrate guided")),
-    *(("map", section, "walk.mp4 -o map --camera camera.yaml --tag-size-m 0.1", None) for section in ("chain", "points", "route")),
-    *(("map", section, f"{NEEDS['map']} --tagslam folder", None) for section in ("chain", "points", "route", "detector", "refinement")),
-    ("map", "bundle", f"{NEEDS['map']} --method chain", None),
+    ("map lap", "bundle", f"{NEEDS['map lap']} --method chain", None),
     ("replay", "anchor", NEEDS["replay"], None),
     ("replay", "filter", f"{NEEDS['replay']} --method anchor", None),
     ("replay", "pursuit", NEEDS["replay"], None),
@@ -283,6 +291,9 @@ class Flags(InFolder):
             (self.folder / name).write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(5)))
         (self.folder / "tags.jsonl").write_text("")
         (self.folder / "walk.mp4").write_bytes(b"\0\0\0\x18ftypmp42")
+        (self.folder / "camera.yaml").write_text(pictures.CAMERA)
+        (self.folder / "map.yaml").write_text('format: waymark-map-1\nanchor: "tag36h11:7"\ntags:\n'
+                                              '  - {tag: "tag36h11:7", size_m: 0.1, position_m: [1, 0, 0], quaternion_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n')
 
     def refused(self, verb, words, *named):
         outcome = self.run_here(*verb.split(), *words)
@@ -302,6 +313,11 @@ class Flags(InFolder):
             outcome = self.run_here(*words.split())
             self.assertEqual((outcome.code, outcome.out), (2, ""), f"waymark {words}\n{outcome.err}")
             self.assertIn(f"unknown flag '{flag}' of `waymark {meant}`: it is one of `waymark {owner}`.", outcome.err, words)
+
+    def test_a_flag_of_another_sub_verb_is_answered_with_it(self):
+        self.fill()
+        for (verb, flag), (words, chosen, other) in OF_ANOTHER.items():
+            self.refused(verb, words.split(), f"waymark {verb}: unknown flag '{flag.split()[0]}' of `waymark {chosen}`: it is one of `waymark {other}`.")
 
     def test_a_flag_of_videos_without_what_it_is_about_is_refused(self):
         self.fill()

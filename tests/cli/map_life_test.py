@@ -43,8 +43,9 @@ class Extend(InFolder):
         for words, part in ((["--freeze", "5"], "Give the map with --extend"), (["--remove", "5"], "Give the map with --extend"),
                             (["--extend", "map", "--anchor", "5"], "says where its tags stand"),
                             (["--extend", "map", "--freeze", "3,4", "--remove", "4"], "tag36h11:4 cannot be removed and stay where it is"),
-                            (["--extend", "map", "--remove", "x"], "x"), (["--model", "tagslam"], "(--model): this is about scenes"),
-                            (["--against", "map"], "(--against): this is about scenes")):
+                            (["--extend", "map", "--remove", "x"], "x"),
+                            (["--model", "tagslam"], "'--model' of `waymark map lap`: it is one of `waymark map scene`"),
+                            (["--against", "map"], "'--against' of `waymark map lap`: it is one of `waymark map scene`")):
             mistake = self.run_here("map", "lap3.mcap", "-o", "other", *words)
             self.assertEqual(mistake.code, 2, mistake.err)
             self.assertIn(part, mistake.err)

@@ -11,6 +11,7 @@ import shutil
 import unittest
 import xml.etree.ElementTree
 
+import pictures
 from laps import MAP, MAP_KEYS, OTHER_LAP, WithLap, made, put
 
 MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "trajectory_covariance.csv", "truth_trajectory.txt",
@@ -158,6 +159,28 @@ class Map(WithLap):
         self.assertIn("not compared", summary["warnings"][-1])
         self.assertIn('anchor: "tag36h11:5"', (self.folder / "map5/map.yaml").read_text())
 
+    def test_a_line_without_a_sub_verb_chooses_one(self):
+        (self.folder / "walk.bin").write_bytes(b"\0\0\0\x18ftypmp42")
+        for words, chosen in ((["lap.mcap"], "lap"), (["lap.mcap", "--robot", "limo"], "lap"), (["none.mp4"], "lap"), (["-o", "map"], "lap"),
+                              (["walk.bin"], "video"), (["-o", "map", "walk.bin", "lap.mcap"], "video"), (["lap.mcap", "--camera", "c.yaml"], "video"),
+                              (["lap.mcap", "--camera=c.yaml"], "video"), (["lap.mcap", "--tagslam", "config"], "scene"),
+                              (["--tagslam=config", "--camera", "c.yaml", "walk.bin"], "scene"), (["convert", "map", "x"], "convert")):
+            outcome = self.run_here("map", *words, "--help")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            self.assertIn(f"Usage: waymark map {chosen} ", outcome.out, words)
+        for flag in ("--help", "--help-all"):
+            self.assertIn("Usage: waymark map [", self.run_here("map", flag).out, "the list of sub-verbs")
+        same = self.run_here("map", "lap", "lap.mcap", "-o", "same", "--json")
+        self.assertEqual((same.code, same.err), (0, ""))
+        self.assertEqual((self.folder / "same/map.yaml").read_bytes(), (made(*MAP) / "map/map.yaml").read_bytes())
+
+    def test_the_lap_of_a_robot_is_no_video(self):
+        (self.folder / "camera.yaml").write_text(pictures.CAMERA)
+        outcome = self.run_here("map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16")
+        self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
+        self.assertIn("(--camera): a recording brings its camera along. Give --robot for a recording without a calibration; --camera is that of a video.",
+                      outcome.err)
+
     def test_mistakes(self):
         (self.folder / "bad.yaml").write_text("name: x\n")
         (self.folder / "file").touch()
@@ -165,6 +188,7 @@ class Map(WithLap):
                 (["none.mcap", "-o", "m"], 1, "none.mcap"),
                 (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
                 (["lap.mcap"], 2, "--output is required"),
+                (["-o", "m"], 2, "LAP is required"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "'0' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--method", "chian"], 2, "there is no method 'chian'. Did you mean 'chain'?"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "nan", "0", "0", "0"], 2, "--anchor-pose"),

@@ -61,6 +61,9 @@ template <class Args>
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb map_convert_verb();
+[[nodiscard]] Verb map_lap_verb();
+[[nodiscard]] Verb map_scene_verb();
+[[nodiscard]] Verb map_video_verb();
 [[nodiscard]] Verb replay_verb();
 [[nodiscard]] Verb routes_verb();
 [[nodiscard]] Verb optimize_verb();

@@ -162,6 +162,19 @@ TEST_F(Described, ItsDeviationsAreScaledToo) {
   EXPECT_TRUE(half->intrinsics_sigma.isApprox(as_it_is->intrinsics_sigma / 2));
 }
 
+TEST_F(Described, ACalibrationHoldsItsShutter) {
+  Calibration ours;
+  ours.camera = camera_;
+  ours.values = {{"fx_px", {.value = 500, .sigma = 2}},
+                 {"fy_px", {.value = 510, .sigma = 2}},
+                 {"readout_s", {.value = 0.02, .sigma = 0.001}}};
+  said_.file = (folder_ / "calibration.yaml").string();
+  ASSERT_TRUE(write_calibration(said_.file, ours));
+  EXPECT_DOUBLE_EQ(read_camera(said_)->readout_s, 0.02);
+  said_.readout_ms = 5;
+  EXPECT_DOUBLE_EQ(read_camera(said_)->readout_s, 0.005) << "the value of the caller counts more";
+}
+
 TEST_F(Described, WhatIsNoSizeIsNamed) {
   for (const char* size : {"1280", "x", "1280x", "1280x-960", "1280x960px", "0x0", "axb", "99999999999x1"}) {
     said_.size = size;

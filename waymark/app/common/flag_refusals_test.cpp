@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/app/localize/localize_log.hpp"
-#include "waymark/app/map/map_words.hpp"
+#include "waymark/app/map/map_recording.hpp"
 
 namespace waymark {
 namespace {
@@ -31,7 +31,7 @@ TEST(FlagRefusals, TheFirstThatWasGivenIsTheError) {
 }
 
 TEST(JobFields, AreNamedOnce) {
-  for (const auto& names : {field_names<MapWords>(), field_names<LocalizeJob>()}) {
+  for (const auto& names : {field_names<MapJob>(), field_names<LocalizeJob>()}) {
     const std::set<std::string> once(names.begin(), names.end());
     EXPECT_EQ(once.size(), names.size());
     EXPECT_THAT(names, ::testing::Contains("camera_frame")) << "those of the structs in it are its own";

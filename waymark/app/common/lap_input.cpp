@@ -92,6 +92,39 @@ Result<TagId> tag_named(const std::string& text) {
   return parse_tag_id(only_digits ? "tag36h11:" + text : text);
 }
 
+Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field) {
+  std::vector<TagId> tags;
+  for (std::string_view rest : texts) {
+    do {
+      const std::size_t end = std::min(rest.find(','), rest.size());
+      Result<TagId> tag = tag_named(std::string(rest.substr(0, end)));
+      if (!tag) {
+        tag.error().place.key = field;
+        return tl::unexpected(tag.error());
+      }
+      tags.push_back(*tag);
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    } while (!rest.empty());
+  }
+  return tags;
+}
+
+Result<SE3> anchor_pose_of(const std::vector<double>& n) {
+  const Place place{.key = "anchor_pose"};
+  const char* how_to_write = "X Y Z in metres, then roll, pitch and yaw in degrees.";
+  if (n.size() != 6)
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} numbers instead of six", n.size()), place,
+                how_to_write);
+  if (!std::ranges::all_of(n, [](double x) { return std::isfinite(x); }))
+    return fail(ErrorCode::InvalidArgument, "a number that is not finite", place);
+  constexpr double kFarthest_m = 1e4;
+  if (std::ranges::any_of(n.begin(), n.begin() + 3, [](double x) { return std::abs(x) > kFarthest_m; }))
+    return fail(ErrorCode::InvalidArgument, "the anchor stands more than 10 km from where the map begins",
+                place, how_to_write);
+  return SE3(SO3::from_rpy(to_radians(n[3]), to_radians(n[4]), to_radians(n[5])),
+             Eigen::Vector3d(n[0], n[1], n[2]));
+}
+
 Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides) {
   if (!lap.setup.camera && lap.setup.chosen.camera_error)
     return tl::unexpected(*lap.setup.chosen.camera_error);

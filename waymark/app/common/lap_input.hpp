@@ -43,6 +43,13 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 
 /// "tag36h11:0", or a number of tag36h11.
 [[nodiscard]] Result<TagId> tag_named(const std::string& text);
+/// The tags of several texts, each with one or more names between commas: "3,tag36h11:7". Errors name this
+/// field.
+[[nodiscard]] Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field);
+
+/// An anchor's pose as people write it: x, y, z [m], then roll, pitch, yaw [deg] of the tag's frame. Fails on
+/// numbers that are not finite, and more than 10 km away.
+[[nodiscard]] Result<SE3> anchor_pose_of(const std::vector<double>& numbers);
 
 /// What is needed to map a recording. Fails, and says which flag helps, when neither the recording nor the
 /// overrides know it. An anchor that is not the recording's stands at the origin of the map: z of the map

@@ -1,11 +1,14 @@
 // What a recorded lap says of its robot, what a caller or a robot's file says instead, and what is missing.
 #include "waymark/app/common/lap_input.hpp"
 
+#include <limits>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/base/angles.hpp"
+#include "waymark/base/random.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 
 namespace waymark {
@@ -33,6 +36,53 @@ Error setup_error(const RecordedLap& lap, const SetupOverrides& overrides = {}) 
   const auto setup = setup_of(lap, overrides);
   EXPECT_FALSE(setup);
   return setup ? Error{} : setup.error();
+}
+
+TEST(TagsNamed, SeveralStandInATextOrInSeveral) {
+  const auto tags = tags_named({"3,tag25h9:7", "9"}, "floor");
+  ASSERT_TRUE(tags) << to_string(tags.error());
+  EXPECT_THAT(*tags, ElementsAre(TagId{FamilyId::Tag36h11, 3}, TagId{FamilyId::Tag25h9, 7},
+                                 TagId{FamilyId::Tag36h11, 9}));
+  EXPECT_THAT(*tags_named({}, "floor"), IsEmpty());
+  for (const char* text : {"", "wall", "3,wall", "3,,4", "tag99:1"}) {
+    const auto wrong = tags_named({"1", text}, "floor");
+    ASSERT_FALSE(wrong) << text;
+    EXPECT_EQ(wrong.error().place.key, "floor");
+  }
+}
+
+// Roll, pitch and yaw as in REP 103: about the fixed axes x, y, z in this order.
+TEST(AnchorPose, DegreesAreTurnsAboutFixedAxesOneAfterTheOther) {
+  Random random(20261124);
+  for (int trial = 0; trial < 50; ++trial) {
+    std::vector<double> n;
+    for (int i = 0; i < 3; ++i) n.push_back(random.uniform(-20, 20));
+    for (int i = 0; i < 3; ++i) n.push_back(random.uniform(-180, 180));
+    const auto pose = anchor_pose_of(n);
+    ASSERT_TRUE(pose);
+    const auto about = [&](const Eigen::Vector3d& axis, double deg) {
+      return Eigen::AngleAxisd(to_radians(deg), axis);
+    };
+    const Eigen::Matrix3d expected =
+        (about(Eigen::Vector3d::UnitZ(), n[5]) * about(Eigen::Vector3d::UnitY(), n[4]) *
+         about(Eigen::Vector3d::UnitX(), n[3]))
+            .toRotationMatrix();
+    EXPECT_NEAR((pose->rotation().quaternion().toRotationMatrix() - expected).norm(), 0, 1e-12);
+    EXPECT_EQ(pose->translation(), Eigen::Vector3d(n[0], n[1], n[2]));
+  }
+}
+
+TEST(AnchorPose, NumbersThatAreNoPlaceAreRefused) {
+  const double inf = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::vector<double>> poses = {
+      {nan, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, inf}, {1.1e4, 0, 0, 0, 0, 0}, {0, 0, -1.1e4, 0, 0, 0}, {1, 2, 3}};
+  for (const auto& pose : poses) {
+    const auto refused = anchor_pose_of(pose);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().place.key, "anchor_pose");
+  }
+  EXPECT_TRUE(anchor_pose_of({9999, -9999, 0, 720, 0, 0}));
 }
 
 TEST(SetupOf, WhatTheRecordingSaysIsTaken) {

@@ -127,12 +127,12 @@ Status remove_tags(const ConvertMapJob& job, MapFile& map) {
     const Result<TagId> tag = tag_named(name);
     if (!tag) return tl::unexpected(tag.error());
     if (map.tags.find(*tag) == nullptr)
-      return fail(ErrorCode::InvalidArgument, to_string(*tag) + " is not in the map", {.key = "--remove"});
+      return fail(ErrorCode::InvalidArgument, to_string(*tag) + " is not in the map", {.key = "remove"});
     remove_tag(map.tags, *tag);
     map.observations.erase(*tag);
   }
   if (map.tags.tags.empty())
-    return fail(ErrorCode::InvalidArgument, "no tag would be left", {.key = "--remove"});
+    return fail(ErrorCode::InvalidArgument, "no tag would be left", {.key = "remove"});
   if (map.tags.find(map.anchor) == nullptr) map.anchor = map.tags.tags.begin()->first;
   return {};
 }
@@ -155,12 +155,12 @@ Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control)
   std::error_code ignored;
   if (!job.force && std::filesystem::exists(job.output, ignored))
     return fail(ErrorCode::Unwritable, "there is a file already", {.source = job.output},
-                "Give --force to replace it.");
+                "Give `force` to replace it.");
   const bool as_recording =
       job.form == MapForm::Transforms && std::filesystem::path(job.output).extension() == ".mcap";
   if (!as_recording && is_named_recording(job.output))
     return fail(ErrorCode::InvalidArgument, fmt::format("a map of form {} is YAML", name_of(job.form)),
-                {.source = job.output}, "End the name in .yaml, or write transforms with --to tf.");
+                {.source = job.output}, "End the name in .yaml, or write transforms with `to=tf`.");
   if (Status wanted = control.go_on(); !wanted) return tl::unexpected(wanted.error());
   const Status status = as_recording                   ? write_map_transforms(job.output, read->map)
                         : job.form == MapForm::Waymark ? write_map(job.output, read->map)

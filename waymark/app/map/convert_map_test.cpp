@@ -197,9 +197,9 @@ TEST_F(ConvertMap, MistakesAreToldBeforeAnythingIsWritten) {
   bad.remove = {"nonsense"};
   EXPECT_FALSE(error(bad).message.empty());
   bad.remove = {"400"};
-  EXPECT_EQ(error(bad).place.key, "--remove");
+  EXPECT_EQ(error(bad).place.key, "remove");
   EXPECT_EQ(error(job("map.yaml")).code, ErrorCode::Unwritable);
-  EXPECT_THAT(error(job("x.mcap")).hint, HasSubstr("--to tf"));
+  EXPECT_THAT(error(job("x.mcap")).hint, HasSubstr("`to=tf`"));
   bad = job("x.yaml");
   bad.input = "/nowhere/map.yaml";
   EXPECT_EQ(error(bad).place.source, "/nowhere/map.yaml");

@@ -12,10 +12,10 @@
 namespace waymark {
 namespace {
 
-Error not_in_the_map(const TagId& tag, const char* flag) {
+Error not_in_the_map(const TagId& tag, const char* field) {
   return {.code = ErrorCode::InvalidArgument,
           .message = to_string(tag) + " is not in the map",
-          .place = {.key = flag}};
+          .place = {.key = field}};
 }
 
 /// How many frames see each tag of the map.
@@ -29,47 +29,41 @@ std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
   return frames;
 }
 
-Status tags_named(const std::vector<std::string>& names, const char* flag, std::set<TagId>& tags) {
-  for (const std::string& name : names) {
-    Result<TagId> tag = tag_named(name);
-    if (!tag) {
-      tag.error().place.key = flag;
-      return tl::unexpected(tag.error());
-    }
-    tags.insert(*tag);
-  }
-  return {};
-}
-
 }  // namespace
 
-Status read_extension(const std::string& extend, const std::string& route_name,
-                      const std::vector<std::string>& freeze, const std::vector<std::string>& remove,
-                      MapJob& job) {
-  if (extend.empty()) {
-    if (!route_name.empty())
-      return fail(ErrorCode::InvalidArgument, "a named route is one more of a map that is there",
-                  {.key = "--route-name"}, "Give the map with --extend.");
-    if (freeze.empty() && remove.empty()) return {};
-    return fail(ErrorCode::InvalidArgument, "--freeze and --remove are about the tags of a map",
-                {.key = freeze.empty() ? "--remove" : "--freeze"}, "Give the map with --extend.");
-  }
-  std::error_code ignored;
-  const std::filesystem::path path(extend);
+Status read_extended_map(const std::filesystem::path& path, MapJob& job) {
   Result<MapFile> map = read_map(map_file_of(path));
   if (!map) return tl::unexpected(map.error());
   job.extend = std::move(*map);
+  std::error_code ignored;
   job.extended_folder = std::filesystem::is_directory(path, ignored) ? path : path.parent_path();
-  job.route_name = route_name;
-  Status status = route_name.empty() ? Status() : check_route_name(route_name, "--route-name");
-  if (status) status = tags_named(freeze, "--freeze", job.freeze);
-  if (status) status = tags_named(remove, "--remove", job.remove);
-  for (const TagId& tag : job.remove) {
-    if (status && job.freeze.contains(tag))
-      status = fail(ErrorCode::InvalidArgument, to_string(tag) + " cannot be removed and stay where it is",
-                    {.key = "--remove"}, "Name it with --remove or with --freeze.");
+  return {};
+}
+
+Status check_extension(const MapJob& job) {
+  const auto refuse = [](const char* field, const std::string& why, const char* hint) {
+    return fail(ErrorCode::InvalidArgument, why, {.key = field}, hint);
+  };
+  if (!job.extend) {
+    const char* give = "Give the map with `extend`.";
+    if (!job.route_name.empty())
+      return refuse("route_name", "a named route is one more of a map that is there", give);
+    if (!job.freeze.empty() || !job.remove.empty())
+      return refuse(job.freeze.empty() ? "remove" : "freeze",
+                    "`freeze` and `remove` are about the tags of a map", give);
+    if (job.map_sigma_m)
+      return refuse("map_sigma", "this is about the map that a lap extends", "Give it with `extend`.");
+    return {};
   }
-  return status;
+  if (job.overrides.anchor || job.overrides.map_T_anchor)
+    return refuse(job.overrides.anchor ? "anchor" : "anchor_pose",
+                  "the map that is extended says where its tags stand", "Leave it out.");
+  for (const TagId& tag : job.remove) {
+    if (job.freeze.contains(tag))
+      return refuse("remove", to_string(tag) + " cannot be removed and stay where it is",
+                    "Name it with `remove` or with `freeze`.");
+  }
+  return job.route_name.empty() ? Status() : check_route_name(job.route_name, "route_name");
 }
 
 /// A map that says of none of its tags how well it knows it was measured by somebody: each tag is known by
@@ -89,12 +83,12 @@ Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverride
                          MapLapOptions& options) {
   if (!job.extend) return {};
   LapPrior prior{.map = job.extend->tags, .frozen = job.freeze};
-  take_as_measured(job.map_sigma_m, prior.map);
+  take_as_measured(job.map_sigma_m.value_or(kMapSigma_m), prior.map);
   for (const TagId& tag : job.freeze) {
-    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--freeze"));
+    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "freeze"));
   }
   for (const TagId& tag : job.remove) {
-    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--remove"));
+    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "remove"));
     remove_tag(prior.map, tag);
   }
   for (TagFrame& frame : recorded.frames)

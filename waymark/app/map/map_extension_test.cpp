@@ -35,46 +35,62 @@ class MapExtension : public ::testing::Test {
         test::record_lap(testing::fresh_folder("jobs_extension_lap") / "lap.mcap", 9, {.for_s = 12});
     return file;
   }
-  [[nodiscard]] Status read(const std::vector<std::string>& freeze, const std::vector<std::string>& remove,
-                            const std::string& route = {}) {
-    return read_extension(old_.string(), route, freeze, remove, job_);
+  [[nodiscard]] Status extend(std::set<TagId> freeze, std::set<TagId> remove, const std::string& route = {}) {
+    job_.freeze = std::move(freeze);
+    job_.remove = std::move(remove);
+    job_.route_name = route;
+    return read_extended_map(old_, job_);
   }
   fs::path old_ = testing::fresh_folder("jobs_extension");
   MapJob job_{.lap = lap(), .folder = testing::fresh_folder("jobs_extended") / "map"};
 };
 
-TEST_F(MapExtension, FlagsAboutAMapNeedOne) {
-  const auto key = [&](const std::string& route, const std::vector<std::string>& freeze,
-                       const std::vector<std::string>& remove) {
-    MapJob job;
-    const Status status = read_extension("", route, freeze, remove, job);
-    return status ? std::string("fine") : status.error().place.key;
-  };
-  EXPECT_EQ(key("", {}, {}), "fine");
-  EXPECT_EQ(key("kitchen", {}, {}), "--route-name");
-  EXPECT_EQ(key("", {"1"}, {}), "--freeze");
-  EXPECT_EQ(key("", {}, {"1"}), "--remove");
+std::string refused_of_lap(const MapJob& job) {
+  const Status sound = check(job);
+  return sound ? std::string("none") : sound.error().place.key;
 }
 
-TEST_F(MapExtension, TagsAndNamesAreChecked) {
-  const auto key = [&](const Status& status) {
-    return status ? std::string("fine") : status.error().place.key;
-  };
-  EXPECT_EQ(key(read({"x"}, {})), "--freeze");
-  EXPECT_EQ(key(read({}, {"tag99:1"})), "--remove");
-  EXPECT_EQ(key(read({}, {}, "a b")), "--route-name");
-  MapJob both;
-  EXPECT_EQ(key(read_extension(old_.string(), "", {"3"}, {"3"}, both)), "--remove");
-  MapJob good;
-  ASSERT_TRUE(read_extension((old_ / "map.yaml").string(), "kitchen", {"3"}, {"tag36h11:4"}, good));
-  EXPECT_EQ(good.extended_folder, old_) << "the file or its folder";
-  EXPECT_THAT(good.freeze, Contains(tag(3)));
-  EXPECT_THAT(good.remove, Contains(tag(4)));
-  EXPECT_FALSE(read_extension("/nowhere", "", {}, {}, good));
+TEST_F(MapExtension, FieldsAboutAMapNeedOne) {
+  EXPECT_EQ(refused_of_lap({}), "none");
+  EXPECT_EQ(refused_of_lap({.route_name = "kitchen"}), "route_name");
+  EXPECT_EQ(refused_of_lap({.freeze = {tag(1)}}), "freeze");
+  EXPECT_EQ(refused_of_lap({.remove = {tag(1)}}), "remove");
+  EXPECT_EQ(refused_of_lap({.map_sigma_m = 0.1}), "map_sigma");
+  const auto made = map_recording({.lap = "/nowhere", .freeze = {tag(1)}}, {});
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().place.key, "freeze") << "the job checks it before it reads anything";
+}
+
+TEST_F(MapExtension, WhatContradictsTheMapIsRefused) {
+  ASSERT_TRUE(extend({tag(3)}, {tag(4)}, "kitchen"));
+  job_.map_sigma_m = 0.1;
+  EXPECT_EQ(refused_of_lap(job_), "none");
+  MapJob job = job_;
+  job.remove.insert(tag(3));
+  EXPECT_EQ(refused_of_lap(job), "remove");
+  job = job_;
+  job.route_name = "a b";
+  EXPECT_EQ(refused_of_lap(job), "route_name");
+  job = job_;
+  job.overrides.anchor = "3";
+  EXPECT_EQ(refused_of_lap(job), "anchor");
+  job = job_;
+  job.overrides.map_T_anchor = SE3();
+  EXPECT_EQ(refused_of_lap(job), "anchor_pose");
+}
+
+TEST_F(MapExtension, TheMapIsReadFromItsFileOrItsFolder) {
+  MapJob job;
+  ASSERT_TRUE(read_extended_map(old_ / "map.yaml", job));
+  EXPECT_EQ(job.extended_folder, old_);
+  ASSERT_TRUE(read_extended_map(old_, job));
+  EXPECT_EQ(job.extended_folder, old_);
+  EXPECT_EQ(job.extend->anchor, test::circuit().anchor);
+  EXPECT_FALSE(read_extended_map("/nowhere", job));
 }
 
 TEST_F(MapExtension, FrozenTagsStayRemovedOnesGoAndUnseenOnesAreKept) {
-  ASSERT_TRUE(read({to_string(test::circuit().anchor)}, {}));
+  ASSERT_TRUE(extend({test::circuit().anchor}, {}));
   const TagId some = test::circuit().tags.tags.begin()->first;
   const auto report = map_recording(job_, {});
   ASSERT_TRUE(report) << to_string(report.error());
@@ -96,7 +112,7 @@ TEST_F(MapExtension, ATagThatIsGoneIsInNeitherMapNorLap) {
   const auto frame = std::ranges::find_if(frames, [](const TagFrame& f) { return !f.detections.empty(); });
   ASSERT_NE(frame, frames.end());
   const TagId seen = frame->detections.front().tag;
-  ASSERT_TRUE(read({}, {to_string(seen)}));
+  ASSERT_TRUE(extend({}, {seen}));
   const auto report = map_recording(job_, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_EQ(report->lap.map.find(seen), nullptr);
@@ -106,7 +122,7 @@ TEST_F(MapExtension, ATagThatIsGoneIsInNeitherMapNorLap) {
 TEST_F(MapExtension, ALapBecomesOneMoreRouteOfTheMapItIsWrittenTo) {
   job_.folder = old_;
   ASSERT_TRUE(write_text_file(old_ / "route.yaml", "taught first"));
-  ASSERT_TRUE(read({}, {}, "kitchen"));
+  ASSERT_TRUE(extend({}, {}, "kitchen"));
   const auto report = map_recording(job_, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_EQ(test::file_text(old_ / "route.yaml"), "taught first");
@@ -119,17 +135,17 @@ TEST_F(MapExtension, AMapOfAnotherPlaceAndTagsItDoesNotHaveAreErrors) {
   MapFile other{.anchor = tag(500)};
   other.tags.tags[tag(500)] = {.map_T_tag = SE3(), .size_m = 0.16};
   ASSERT_TRUE(write_map(old_ / "map.yaml", other));
-  ASSERT_TRUE(read({}, {}));
+  ASSERT_TRUE(extend({}, {}));
   const auto nothing = map_recording(job_, {});
   ASSERT_FALSE(nothing);
   EXPECT_THAT(nothing.error().message, HasSubstr("no tag of the map"));
   EXPECT_FALSE(fs::exists(job_.folder)) << "nothing is left behind";
-  for (const char* flag : {"--freeze", "--remove"}) {
+  for (const char* field : {"freeze", "remove"}) {
     MapJob job = job_;
-    (std::string(flag) == "--freeze" ? job.freeze : job.remove).insert(tag(3));
+    (std::string(field) == "freeze" ? job.freeze : job.remove).insert(tag(3));
     const auto unknown = map_recording(job, {});
     ASSERT_FALSE(unknown);
-    EXPECT_EQ(unknown.error().place.key, flag);
+    EXPECT_EQ(unknown.error().place.key, field);
   }
 }
 
@@ -137,7 +153,7 @@ TEST_F(MapExtension, TheSameRecordingTwiceIsDoubted) {
   MapFile again = true_map();
   again.provenance = {{"recording", fs::path(lap()).filename().string()}};
   ASSERT_TRUE(write_map(old_ / "map.yaml", again));
-  ASSERT_TRUE(read({}, {}));
+  ASSERT_TRUE(extend({}, {}));
   job_.overrides.tag_size_m = 0.3;
   const auto report = map_recording(job_, {});
   ASSERT_TRUE(report) << to_string(report.error());

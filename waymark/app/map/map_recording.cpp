@@ -53,7 +53,7 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
   if (job.overrides.anchor || job.overrides.map_T_anchor || job.extend)
     return fail(ErrorCode::Unsupported,
                 "this recording holds poses of tags and no corners: its map stands where the lap began", {},
-                "Leave out --anchor, --anchor-pose and --extend.");
+                "Leave out `anchor`, `anchor_pose` and `extend`.");
   PoseLap lap{.frames = recorded.tag_poses, .odometry = best_odometry(recorded)};
   auto sizes = tag_sizes_of(recorded, job.overrides);
   if (!sizes) return tl::unexpected(sizes.error());
@@ -130,8 +130,8 @@ void tell_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
   if (names.empty()) return;
   report.warnings.push_back(
       fmt::format("the routes of the older map ({}) are none of this one: they were set aside as "
-                  "route-NAME.{}.yaml. A lap becomes a further route of a map that stays with --extend {} "
-                  "--route-name NAME",
+                  "route-NAME.{}.yaml. A lap becomes a further route of a map that stays with `extend={}` "
+                  "`route_name=NAME`",
                   fmt::join(names, ", "), number, job.folder.string()));
 }
 
@@ -439,12 +439,12 @@ void tell_of_size(const MapJob& job, MapReport& report) {
   }
   if (others == 0) return;
   report.warnings.push_back(
-      fmt::format("--tag-size-m {} is taken for tags that the map does not have: {} of it keep the size it "
+      fmt::format("`tag_size_m={}` is taken for tags that the map does not have: {} of it keep the size it "
                   "says ({} m). Where that is wrong, correct size_m in the map, or map the lap anew",
                   asked, others, known));
 }
 
-/// What --robot says goes before the recording, and into the map's folder.
+/// What the robot's file says goes before the recording, and into the map's folder.
 Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
   if (job.robot.empty()) return {};
   if (Status status = take_robot(job.robot, recorded.setup, report.warnings); !status) return status;
@@ -459,7 +459,10 @@ Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
 
 }  // namespace
 
+Status check(const MapJob& job) { return check_extension(job); }
+
 Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
+  if (Status sound = check(job); !sound) return tl::unexpected(sound.error());
   const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
     control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
     return !control.cancelled();

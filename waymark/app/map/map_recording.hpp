@@ -9,22 +9,27 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/lap_input.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/config/exchange/landmarks_file.hpp"
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 
-/// `waymark map`: a recorded lap becomes a map, a route and figures in a folder.
+/// `waymark map lap`: a recorded lap becomes a map, a route and figures in a folder.
 namespace waymark {
 
-/// Standard deviation of the tags of a map that was measured by hand, unless more is said.
+/// Standard deviation of the tags of a map that was measured by hand, unless another is given.
 inline constexpr double kMapSigma_m = 0.01;
 
 struct MapJob {
-  std::string lap{};               ///< the recording
-  std::filesystem::path folder{};  ///< of what is written
+  std::string lap{};                ///< the recording
+  std::vector<std::string> more{};  ///< further files of the same lap, such as tables
+  std::filesystem::path folder{};   ///< of what is written
+  std::string robot{};              ///< file or name: camera and mounting; empty: as the recording says
+  CameraChoice frames{};            ///< of a recording that holds several
   SetupOverrides overrides{};
   MapLapOptions options{};
+  LandmarkMapOptions points{};   ///< for recordings with poses of tags and no corners
   std::optional<World> truth{};  ///< when given; otherwise what the recording holds
   const TagFinder* finder =
       nullptr;  ///< for the pictures of the recording, when its tags are not to be taken
@@ -32,14 +37,33 @@ struct MapJob {
   std::optional<MapFile> extend{};          ///< a map that the lap is to improve
   std::filesystem::path extended_folder{};  ///< where it came from
   std::string route_name{};  ///< the lap becomes the route of this name, beside those of the extended map
-  std::set<TagId> freeze{};  ///< its tags that stay exactly where it has them
-  std::set<TagId> remove{};  ///< its tags that are gone
-  double map_sigma_m = kMapSigma_m;  ///< of its tags, when it does not say how well it knows any of them
-  LandmarkMapOptions points{};       ///< for recordings with poses of tags and no corners
-  std::vector<std::string> more{};   ///< further files of the same lap, such as tables
-  std::string robot{};               ///< file or name: camera and mounting; empty: as the recording says
-  CameraChoice frames{};             ///< of a recording that holds several
+  std::set<TagId> freeze{};  ///< tags of the extended map that stay exactly where it has them
+  std::set<TagId> remove{};  ///< tags of the extended map that are gone
+  /// Standard deviation of the tags of the extended map, when it does not say how well it knows any of them;
+  /// unless given: kMapSigma_m.
+  std::optional<double> map_sigma_m{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.lap, JobField("lap LAP", "Recording of a taught lap").input().required());
+    visit(self.more,
+          JobField("more MORE",
+                   "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")
+              .input());
+    visit(self.folder, JobField("output FOLDER", "Folder for the map, the route and the figures").required());
+    visit(self.robot,
+          JobField("robot FILE",
+                   "Camera and its mounting: a robot's file, or a name. Unless given: the recording's"));
+    CameraChoice::fields(self.frames, visit);
+    visit(self.overrides.anchor,
+          JobField("anchor TAG",
+                   "Anchor tag, which sets the origin of the map, for example tag36h11:0. Unless given: that "
+                   "of the recording"));
+  }
 };
+
+/// Fails where fields contradict each other; map_recording() checks it as well.
+[[nodiscard]] Status check(const MapJob& job);
 
 struct MapReport {
   std::string method{};
@@ -68,7 +92,7 @@ struct MapReport {
 /// The map of a lap whose recording holds poses of tags and no corners; nothing is written.
 [[nodiscard]] Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
-/// What `waymark map` prints of a map that it wrote into this folder.
+/// What the verb `map` prints of a map that it wrote into this folder.
 [[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);
 
 }  // namespace waymark

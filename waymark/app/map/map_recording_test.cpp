@@ -182,7 +182,7 @@ TEST(MapPoses, WhatOnlyCornersCouldDoIsRefused) {
   const auto anchored = map_poses(lap_of_poses(), job, report);
   ASSERT_FALSE(anchored);
   EXPECT_EQ(anchored.error().code, ErrorCode::Unsupported);
-  EXPECT_THAT(anchored.error().hint, HasSubstr("--anchor"));
+  EXPECT_THAT(anchored.error().hint, HasSubstr("`anchor`"));
 }
 
 TEST(MapPoses, AMountingThatNobodySaysIsSaid) {

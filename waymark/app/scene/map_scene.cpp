@@ -174,17 +174,17 @@ nlohmann::ordered_json to_json(const std::vector<FoundIntrinsics>& found, const 
 
 }  // namespace
 
-Status describe_scene(const std::string& model, bool free_intrinsics, MapSceneJob& job) {
-  const std::vector<std::string> models = {"waymark", "tagslam"};
-  if (std::ranges::find(models, model) == models.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", model), {.key = "--model"},
-                suggestion(model, models));
-  if (free_intrinsics && model == "tagslam")
-    return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
-                {.key = "--free-intrinsics"}, "Leave it out, or leave out --model tagslam.");
-  job.options.model = model == "tagslam" ? SceneModel::Tagslam : SceneModel::Waymark;
-  job.options.free_intrinsics = free_intrinsics;
-  return {};
+Result<SceneModel> parse_scene_model(const std::string& name) {
+  if (name == "waymark") return SceneModel::Waymark;
+  if (name == "tagslam") return SceneModel::Tagslam;
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", name), {.key = "model"},
+              suggestion(name, {"waymark", "tagslam"}));
+}
+
+Status check(const MapSceneJob& job) {
+  if (!job.options.free_intrinsics || job.options.model != SceneModel::Tagslam) return {};
+  return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
+              {.key = "free_intrinsics"}, "Leave it out, or leave out `model=tagslam`.");
 }
 
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
@@ -293,8 +293,8 @@ std::string to_text(const MapSceneReport& report, const std::string& folder) {
                       report.map.cost);
   if (report.against)
     text += fmt::format(
-        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with --model "
-        "tagslam)\n",
+        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with "
+        "`model=tagslam`)\n",
         report.against->cost, 100 * (report.map.cost / report.against->cost - 1));
   return text;
 }

@@ -8,9 +8,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_values.hpp"
 
-/// `waymark map --tagslam`: scenes of cameras and bodies that TagSLAM's files describe.
+/// `waymark map scene`: scenes of cameras and bodies that TagSLAM's files describe.
 namespace waymark {
 
 struct MapSceneJob {
@@ -19,11 +20,34 @@ struct MapSceneJob {
   std::filesystem::path folder{};   ///< of what is written
   std::filesystem::path against{};  ///< folder of another solution; empty: none
   SceneMapOptions options{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.recording,
+          JobField("recording RECORDING", "Recording of tags, and odometry where there is any: a bag or MCAP")
+              .input()
+              .required());
+    visit(self.tagslam,
+          JobField("tagslam FOLDER",
+                   "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
+                   "config.json): cameras and bodies are as they say")
+              .required());
+    visit(self.folder, JobField("output FOLDER", "Folder for the map and the trajectories").required());
+    visit(self.options.free_intrinsics,
+          JobField("free_intrinsics",
+                   "Cameras are adjusted too: focal lengths and principal point within 1 % (standard "
+                   "deviation) of what is given, distortion k within 0.05 and p within 0.005"));
+    visit(self.against,
+          JobField("against FOLDER",
+                   "Another solution (ref_static.csv, ref_trajectory.csv): both are about its frames and "
+                   "tags, and its cost is printed"));
+  }
 };
 
-/// Gives the job the model of this name ("waymark", "tagslam"), and cameras that are adjusted too. Errors
-/// name the flag of `waymark map` at fault.
-[[nodiscard]] Status describe_scene(const std::string& model, bool free_intrinsics, MapSceneJob& job);
+/// "waymark", "tagslam"; errors name the field `model`.
+[[nodiscard]] Result<SceneModel> parse_scene_model(const std::string& name);
+/// Fails where fields contradict each other.
+[[nodiscard]] Status check(const MapSceneJob& job);
 
 struct MapSceneReport {
   SceneMap map{};
@@ -41,7 +65,7 @@ struct MapSceneReport {
 /// can be made.
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapSceneReport& report);
-/// What `waymark map` prints of a map that it wrote into this folder.
+/// What the verb `map` prints of a map that it wrote into this folder.
 [[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
 
 }  // namespace waymark

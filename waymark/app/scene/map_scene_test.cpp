@@ -241,5 +241,19 @@ TEST(SceneRecordingOf, ARecordingWithoutFramesIsAnError) {
   EXPECT_EQ(none.error().place.source, file.string());
 }
 
+TEST(MapSceneJob, TheModelOfTagslamTakesTheCamerasAsGiven) {
+  MapSceneJob job;
+  job.options.free_intrinsics = true;
+  job.options.model = parse_scene_model("waymark").value();
+  EXPECT_TRUE(check(job));
+  job.options.model = parse_scene_model("tagslam").value();
+  EXPECT_EQ(job.options.model, SceneModel::Tagslam);
+  EXPECT_EQ(to_string(check(job).error()),
+            "(free_intrinsics): TagSLAM's model takes the cameras as given. Leave it out, or leave out "
+            "`model=tagslam`.");
+  EXPECT_EQ(to_string(parse_scene_model("tagslm").error()),
+            "(model): there is no model 'tagslm'. Did you mean 'tagslam'?");
+}
+
 }  // namespace
 }  // namespace waymark

@@ -110,7 +110,7 @@ Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, c
   if ((*log)->format() == LogFormat::Csv)
     return fail(ErrorCode::InvalidArgument, "a CSV table does not say which camera saw its detections when",
                 {.source = path.string()},
-                "Scenes of --tagslam are mapped from a bag or an MCAP file of detections.");
+                "Scenes of `tagslam` are mapped from a bag or an MCAP file of detections.");
   const auto cameras = cameras_by_topic(**log, scene);
   if (!cameras) {
     Error error = cameras.error();

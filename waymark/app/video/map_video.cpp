@@ -60,18 +60,21 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
   std::vector<SceneFrame> frames;
   Duration offset{};
   for (const std::string& video : job.videos) {
+    if (!is_of_camera(video, true))
+      return fail(ErrorCode::InvalidArgument, "a recording brings its camera along", {.key = "camera"},
+                  "Give `robot` for a recording without a calibration; `camera` is that of a video.");
     const auto add = [&](TagFrame& tags) -> Status {
       frames.push_back({tags.stamp + offset, {{0, std::move(tags.detections)}}});
       return {};
     };
-    const Result<VideoTags> found = find_camera_tags(video, finder, job.camera, control, add);
+    const Result<VideoTags> found = find_camera_tags(video, finder, *job.camera, control, add);
     if (!found) return tl::unexpected(found.error());
     for (const VideoProblem& problem : found->problems) warnings.push_back(to_string(problem.error));
     offset = frames.back().stamp.time_since_epoch() + std::chrono::seconds(1);
   }
   if (count_tags(frames).empty())
     return fail(ErrorCode::NotFound, "no tag was found in any picture", {.source = job.videos.front()},
-                "Give the family of the tags with --family; `waymark detect` shows what is found.");
+                "Give the family of the tags with `family`; `waymark detect` shows what is found.");
   return frames;
 }
 
@@ -81,7 +84,7 @@ Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
   if (!map.rejected.empty())
     message += fmt::format(": {} of {} observations contradict the others", map.rejected.size(),
                            map.observations.seen.size());
-  const char* distances = job.distances.empty() ? "" : "the distances measured between tags (--distance), ";
+  const char* distances = job.distances.empty() ? "" : "the distances measured between tags (`distance`), ";
   return {ErrorCode::NotFound,
           message,
           {},
@@ -110,6 +113,12 @@ MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, cons
     file.observations[id] = static_cast<int>(observations);
   }
   return file;
+}
+
+/// Of all tags together, where it is not exact.
+std::optional<double> relative_size_sigma(const MapVideoJob& job) {
+  if (!(job.tag_size_sigma_m > 0)) return std::nullopt;
+  return job.tag_size_sigma_m / *job.sizes.default_size_m;
 }
 
 Trajectory camera_path(const std::vector<SceneFrame>& frames, const SceneMap& map) {
@@ -157,9 +166,9 @@ void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
   const SceneMap& map = report.map;
   if (anchors.assumed && anchors.exact.contains(anchors.first))
     report.warnings.push_back(
-        fmt::format("{} is taken to hang upright at the origin of the map; --anchor and --anchor-pose place "
-                    "a tag, --upright "
-                    "and --floor say which tags tell the level",
+        fmt::format("{} is taken to hang upright at the origin of the map; `anchor` and `anchor_pose` place "
+                    "a tag, `upright` "
+                    "and `floor` say which tags tell the level",
                     to_string(anchors.first)));
   for (const std::vector<TagId>& group : map.unconnected) {
     std::string names;
@@ -213,6 +222,13 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   return aside ? Status() : tl::unexpected(aside.error());
 }
 
+std::optional<double> number_in(const std::string& text) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, problem] = std::from_chars(text.data(), end, value);
+  return problem == std::errc() && stop == end ? std::optional(value) : std::nullopt;
+}
+
 }  // namespace
 
 Eigen::Vector3d position_sigma_m(const MappedTag& tag) {
@@ -222,8 +238,74 @@ Eigen::Vector3d position_sigma_m(const MappedTag& tag) {
   return (J * *tag.covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
+Result<MeasuredDistance> parse_distance(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    if (end > begin) parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  const auto wrong = [&] {
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no distance between two tags", text),
+                {.key = "distance"},
+                "Two ids and metres: 3,7,2.41, with a standard deviation 3,7,2.41,0.002.");
+  };
+  if (parts.size() != 3 && parts.size() != 4) return wrong();
+  const Result<TagId> a = tag_named(parts[0]);
+  const Result<TagId> b = tag_named(parts[1]);
+  MeasuredDistance distance;
+  if (!a || !b || *a == *b) return wrong();
+  distance.a = *a;
+  distance.b = *b;
+  const auto length = number_in(parts[2]);
+  const auto sigma = parts.size() == 4 ? number_in(parts[3]) : std::optional(distance.sigma_m);
+  if (!length || !sigma || !(*length > 0 && *length < 1e4) || !(*sigma > 0 && *sigma < 1e3)) return wrong();
+  distance.measured_m = *length;
+  distance.sigma_m = *sigma;
+  return distance;
+}
+
+Status read_prior_map(const std::string& file, MapVideoJob& job) {
+  Result<LandmarksFile> older = read_landmarks(file, job.sizes.default_size_m);
+  if (!older) return tl::unexpected(older.error());
+  job.prior = std::move(older->tags);
+  job.field = older->field;
+  return {};
+}
+
+Status check(const MapVideoJob& job) {
+  const auto refuse = [](const char* field, const std::string& why, const char* hint) {
+    return fail(ErrorCode::InvalidArgument, why, {.key = field}, hint);
+  };
+  if (!job.camera)
+    return refuse("camera", "a video says nothing about its camera",
+                  "Give its calibration: `camera=calibration.yaml`. `waymark calibrate camera` makes one.");
+  if (!job.sizes.default_size_m)
+    return refuse("tag_size_m", "a video does not say how large its tags are",
+                  "Measure the side of the black square, for example `tag_size_m=0.165`.");
+  const bool prior_in_doubt = job.prior_sigma_m || job.prior_sigma_deg;
+  if (prior_in_doubt && job.prior.tags.empty())
+    return refuse(job.prior_sigma_m ? "prior_sigma_m" : "prior_sigma_deg",
+                  "this is about the tags of an older map", "Give it with `prior`.");
+  if (job.level_sigma_deg && job.upright.empty() && job.floor.empty() && job.planes.empty())
+    return refuse("level_sigma_deg", "no tag is said to be level",
+                  "Give it with `upright`, `floor` or `plane`.");
+  if (job.map_T_anchor && (job.anchors.size() > 1 || prior_in_doubt))
+    return refuse("anchor_pose", "the tags of `prior` hold this map",
+                  "Leave it out, or give one `anchor` and neither `prior_sigma_m` nor `prior_sigma_deg`.");
+  for (const TagId& tag : job.floor)
+    if (std::ranges::find(job.upright, tag) != job.upright.end())
+      return refuse("upright",
+                    fmt::format("{} is also given with `floor`, and a tag cannot both lie on the floor and "
+                                "hang upright on a wall",
+                                to_string(tag)),
+                    "Leave it out of one of the two.");
+  return {};
+}
+
 Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
                                  const JobControl& control) {
+  if (Status sound = check(job); !sound) return tl::unexpected(sound.error());
   MapVideoReport report{.pictures = frames.size()};
   const std::map<TagId, int> count = count_tags(frames);
   if (count.empty()) return fail(ErrorCode::NotFound, "there are no tags");
@@ -236,12 +318,9 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
     control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
     return !control.cancelled();
   };
-  Result<SceneMap> map =
-      map_scene(*scene, recording,
-                {.search = job.search,
-                 .correlated_noise = true,
-                 .size_sigma = job.size_sigma > 0 ? std::optional(job.size_sigma) : std::nullopt},
-                progress);
+  Result<SceneMap> map = map_scene(
+      *scene, recording,
+      {.search = job.search, .correlated_noise = true, .size_sigma = relative_size_sigma(job)}, progress);
   if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
@@ -259,6 +338,7 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
 
 Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder, const JobControl& control) {
   const Stopwatch watch;
+  if (Status sound = check(job); !sound) return tl::unexpected(sound.error());
   if (Status status = check_videos_differ(job.videos); !status) return tl::unexpected(status.error());
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
   std::vector<std::string> warnings;
@@ -352,172 +432,6 @@ std::string to_text(const MapVideoReport& report, const std::string& folder) {
         "{} stands {:+.4f} {:+.4f} {:+.4f} m (x y z) from where the prior map has it, turned {:.1f} deg\n",
         to_string(tag.tag), tag.off_m.x(), tag.off_m.y(), tag.off_m.z(), to_degrees(tag.turned_rad));
   return text;
-}
-
-// What a user says of the camera and the place.
-namespace {
-
-constexpr double kPriorSigma_deg = 2;  // where only the places of a prior were said to be known so well
-
-std::vector<std::string> split_at_commas(const std::string& text) {
-  std::vector<std::string> parts;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    if (end > begin) parts.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
-
-std::optional<double> number_in(const std::string& text) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, problem] = std::from_chars(text.data(), end, value);
-  return problem == std::errc() && stop == end ? std::optional(value) : std::nullopt;
-}
-
-/// Adds the tags of "3,7" or "tag36h11:3".
-Status add_tags(const std::string& text, const char* flag, std::vector<TagId>& tags) {
-  for (const std::string& name : split_at_commas(text)) {
-    Result<TagId> tag = tag_named(name);
-    if (!tag) {
-      tag.error().place.key = flag;
-      return tl::unexpected(tag.error());
-    }
-    tags.push_back(*tag);
-  }
-  return {};
-}
-
-/// A tag lies on the floor or hangs on a wall, not both.
-Status check_levels(const MapVideoJob& job) {
-  for (const TagId& tag : job.floor)
-    if (std::ranges::find(job.upright, tag) != job.upright.end())
-      return fail(
-          ErrorCode::InvalidArgument,
-          fmt::format("{} is also given with --floor, and a tag cannot both lie on the floor and hang "
-                      "upright on a wall",
-                      to_string(tag)),
-          {.key = "--upright"}, "Leave it out of one of the two.");
-  return {};
-}
-
-Result<MeasuredDistance> distance_named(const std::string& text) {
-  const std::vector<std::string> parts = split_at_commas(text);
-  const auto wrong = [&] {
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no distance between two tags", text),
-                {.key = "--distance"},
-                "Two ids and metres: 3,7,2.41, with a standard deviation 3,7,2.41,0.002.");
-  };
-  if (parts.size() != 3 && parts.size() != 4) return wrong();
-  const Result<TagId> a = tag_named(parts[0]);
-  const Result<TagId> b = tag_named(parts[1]);
-  MeasuredDistance distance;
-  if (!a || !b || *a == *b) return wrong();
-  distance.a = *a;
-  distance.b = *b;
-  const auto length = number_in(parts[2]);
-  const auto sigma = parts.size() == 4 ? number_in(parts[3]) : std::optional(distance.sigma_m);
-  if (!length || !sigma || !(*length > 0 && *length < 1e4) || !(*sigma > 0 && *sigma < 1e3)) return wrong();
-  distance.measured_m = *length;
-  distance.sigma_m = *sigma;
-  return distance;
-}
-
-/// The camera, its uncertainty and its shutter.
-Result<MapVideoJob> job_with_camera(const MapVideoDescription& description) {
-  Result<DescribedCamera> read = read_camera(description.camera);
-  if (!read) return tl::unexpected(read.error());
-  return MapVideoJob{.camera = read->camera,
-                     .intrinsics_sigma = std::move(read->intrinsics_sigma),
-                     .readout_s = read->readout_s};
-}
-
-Status read_prior(const MapVideoDescription& description, double tag_size_m, MapVideoJob& job) {
-  if (description.prior.empty()) return {};
-  job.prior_sigma_m = description.prior_sigma_m;
-  if (description.prior_sigma_deg || description.prior_sigma_m)
-    job.prior_sigma_rad = to_radians(description.prior_sigma_deg.value_or(kPriorSigma_deg));
-  Result<LandmarksFile> prior = read_landmarks(description.prior, tag_size_m);
-  if (!prior) return tl::unexpected(prior.error());
-  job.prior = std::move(prior->tags);
-  job.field = prior->field;
-  return {};
-}
-
-}  // namespace
-
-Result<MapVideoJob> described_map_video(const MapVideoDescription& description,
-                                        std::optional<double> tag_size_m) {
-  if (description.camera.file.empty())
-    return fail(ErrorCode::InvalidArgument, "a video says nothing about its camera", {.key = "--camera"},
-                "Give its calibration: --camera calibration.yaml. `waymark calibrate camera` makes one.");
-  if (!tag_size_m)
-    return fail(ErrorCode::InvalidArgument, "a video does not say how large its tags are",
-                {.key = "--tag-size-m"},
-                "Measure the side of the black square, for example --tag-size-m 0.165.");
-  Result<MapVideoJob> job = job_with_camera(description);
-  if (!job) return job;
-  Status status = add_tags(description.anchor, "--anchor", job->anchors);
-  const auto add = [&](const std::vector<std::string>& texts, const char* flag, std::vector<TagId>& tags) {
-    for (const std::string& text : texts)
-      if (status) status = add_tags(text, flag, tags);
-  };
-  add(description.upright, "--upright", job->upright);
-  add(description.floor, "--floor", job->floor);
-  for (const std::string& plane : description.planes) add({plane}, "--plane", job->planes.emplace_back());
-  if (status) status = check_levels(*job);
-  if (!status) return tl::unexpected(status.error());
-  for (const std::string& text : description.distances) {
-    const Result<MeasuredDistance> distance = distance_named(text);
-    if (!distance) return tl::unexpected(distance.error());
-    job->distances.push_back(*distance);
-  }
-  job->sizes.default_size_m = *tag_size_m;
-  job->size_sigma = description.tag_size_sigma_m / *tag_size_m;
-  job->level_sigma_rad = to_radians(description.level_sigma_deg);
-  status = read_prior(description, *tag_size_m, *job);
-  return status ? job : tl::unexpected(status.error());
-}
-
-Result<MapVideoJob> described_map_video(const MapVideoDescription& description, const MapJob& common) {
-  Result<MapVideoJob> job = described_map_video(description, common.overrides.tag_size_m);
-  if (!job) return job;
-  for (const auto& [tag, size_m] : common.overrides.size_by_tag_m) job->sizes.size_by_tag_m[tag] = size_m;
-  job->folder = common.folder;
-  job->videos = {common.lap};
-  job->videos.insert(job->videos.end(), common.more.begin(), common.more.end());
-  job->map_T_anchor = common.overrides.map_T_anchor;
-  job->search = common.options.bundle.search;
-  return job;
-}
-
-Status check_effects(const MapVideoDescription& of, const GivenFlags& given) {
-  FlagRefusals refused(given);
-  refused.flags(true,
-                {"--robot", "--method", "--world", "--extend", "--route-name", "--freeze", "--remove",
-                 "--model", "--map-sigma", "--against", "--tagslam", "--base-frame", "--camera-frame",
-                 "--camera-topic", "--imu-topic", "--odometry-topic"},
-                kNotOfVideos, kNoRobot);
-  refused.flags(of.prior.empty(), {"--prior-sigma-m", "--prior-sigma-deg"}, "this is about an older map",
-                "Give it with --prior.");
-  refused.flags(of.upright.empty() && of.floor.empty() && of.planes.empty(), {"--level-sigma-deg"},
-                "no tag is said to be level", "Give it with --upright, --floor or --plane.");
-  refused.flags(of.anchor.find(',') != std::string::npos || of.prior_sigma_m || of.prior_sigma_deg,
-                {"--anchor-pose"}, "the tags of --prior hold this map",
-                "Leave it out, or give one --anchor and neither --prior-sigma-m nor --prior-sigma-deg.");
-  return refused.status();
-}
-
-Status check_no_video(const GivenFlags& given) {
-  FlagRefusals refused(given);
-  refused.flags(true, {"--camera", "--camera-name", "--camera-size"}, "a recording brings its camera along",
-                "Give --robot for a recording without a calibration; --camera is that of a video.");
-  refused.flags(true,
-                {"--readout-ms", "--tag-size-sigma-m", "--distance", "--upright", "--floor", "--plane",
-                 "--level-sigma-deg", "--prior-sigma-m", "--prior-sigma-deg"},
-                "this is about videos", "Leave it out.");
-  return refused.status();
 }
 
 }  // namespace waymark

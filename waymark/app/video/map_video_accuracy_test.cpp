@@ -11,6 +11,7 @@
 #include "tests/support/data.hpp"
 #include "tests/support/hand_walk.hpp"
 #include "waymark/app/video/map_video.hpp"
+#include "waymark/base/angles.hpp"
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/config/exchange/field_layouts.hpp"
 #include "waymark/simulation/render/scene_camera.hpp"
@@ -56,7 +57,7 @@ Walked walk(std::uint64_t seed, const testing::HandWalkOptions& options) {
   walked.job.intrinsics_sigma = lens_sigma();
   walked.job.readout_s = options.readout_s;
   walked.job.sizes.default_size_m = kTag_m;
-  walked.job.size_sigma = 0.003;
+  walked.job.tag_size_sigma_m = 0.003 * kTag_m;
   walked.job.anchors = {kAnchor};
   walked.job.map_T_anchor = walked.world.tags.tags.at(kAnchor).map_T_tag;
   const TagId across{FamilyId::Tag36h11, 14};
@@ -179,7 +180,7 @@ TEST(MapWalk, PicturesThatWereReadRowByRow) {
   ASSERT_EQ(frames.size(), 40U);
   MapVideoJob job{.camera = camera, .readout_s = kReadout_s};
   job.sizes.default_size_m = kTag_m;
-  job.size_sigma = 0;
+  job.tag_size_sigma_m = 0;
   job.anchors = {kAnchor};
   job.map_T_anchor = world.tags.tags.at(kAnchor).map_T_tag;
   const auto told = map_views(job, frames, {});
@@ -210,7 +211,7 @@ TEST(MapWalk, UprightTagsLevelAMapWhoseAnchorLeans) {
       walked.job.upright.push_back({FamilyId::Tag36h11, id});
   }
   ASSERT_GE(walked.job.upright.size(), 2U);
-  walked.job.level_sigma_rad = 0.04;
+  walked.job.level_sigma_deg = to_degrees(0.04);
   const auto level = map_views(walked.job, walked.frames, {});
   ASSERT_TRUE(leant && level) << (level ? "" : to_string(level.error()));
   const auto tilt = [&](const MapVideoReport& report) {  // of the far wall against the near one
@@ -250,7 +251,7 @@ TEST(MapWalk, SeveralKnownTagsHoldTheMap) {
     walked.job.prior.tags[{FamilyId::Tag36h11, id}] = known;
   }
   walked.job.prior_sigma_m = 0.005;
-  walked.job.prior_sigma_rad = 0.02;
+  walked.job.prior_sigma_deg = to_degrees(0.02);
   const auto report = map_views(walked.job, walked.frames, {});
   ASSERT_TRUE(report) << to_string(report.error());
   const Judged judged = judge(*report, walked.world);
@@ -303,7 +304,7 @@ const std::vector<SceneFrame>& field_frames(const std::filesystem::path& video) 
       all.push_back({picture.stamp, {{0, std::move(tags.detections)}}});
       return {};
     };
-    const CameraModel camera = field_job(video).camera;
+    const CameraModel camera = *field_job(video).camera;
     if (finder) static_cast<void>(find_video_tags(video.string(), *finder, &camera, {}, add));
     return all;
   }();

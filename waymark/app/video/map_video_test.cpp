@@ -1,5 +1,4 @@
 // A walk with a camera in the hand, filmed by the renderer, becomes a map: against the truth.
-// What a user says of the camera and the place of a video, in words.
 #include "waymark/app/video/map_video.hpp"
 
 #include <cmath>
@@ -10,11 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/recorded_lap.hpp"
 #include "waymark/app/common/camera_tags.hpp"
-#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/exchange/map_exchange.hpp"
-#include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml/calibration_file.hpp"
 #include "waymark/media/video_writer.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/tag_finder.hpp"
@@ -196,7 +193,7 @@ TEST_F(Walk, ADistanceThatLeavesNoTagIsAnErrorAndNothingIsWritten) {
   const auto refused = map_video(job_, finder_, {});
   ASSERT_FALSE(refused) << refused->file.tags.tags.size() << " tags";
   EXPECT_THAT(to_string(refused.error()), HasSubstr("no tag is left in the map"));
-  EXPECT_THAT(to_string(refused.error()), HasSubstr("--distance"));
+  EXPECT_THAT(to_string(refused.error()), HasSubstr("`distance`"));
   EXPECT_FALSE(fs::exists(folder_ / "map"));
 }
 
@@ -223,101 +220,93 @@ TEST_F(Walk, ACameraOfAnotherSizeIsRefused) {
   EXPECT_FALSE(fs::exists(folder_ / "map"));
 }
 
-class VideoDescription : public ::testing::Test {
- protected:
-  void SetUp() override {
-    const CameraModel camera =
-        CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
-    ASSERT_TRUE(
-        write_text_file(folder_ / "camera.yaml", to_camera_info_yaml({.name = "cam", .camera = camera})));
-    said_.camera.file = (folder_ / "camera.yaml").string();
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string refused() const {
-    const auto job = described_map_video(said_, 0.165);
-    return job ? "" : to_string(job.error());
-  }
-
-  std::filesystem::path folder_ = testing::fresh_folder("video-description");
-  MapVideoDescription said_{};
-};
-
-TEST_F(VideoDescription, NamesTagsDistancesAndPlanes) {
-  said_.anchor = "3,7";
-  said_.distances = {"3,7,2.41", "tag36h11:3,9,1.5,0.002"};
-  said_.upright = {"3", "7,9"};
-  said_.planes = {"3,4,7", "9,10"};
-  said_.camera.readout_ms = 15;
-  said_.tag_size_sigma_m = 0.00033;
-  const auto job = described_map_video(said_, 0.165);
-  ASSERT_TRUE(job) << to_string(job.error());
-  EXPECT_EQ(job->anchors.size(), 2U);
-  ASSERT_EQ(job->distances.size(), 2U);
-  EXPECT_DOUBLE_EQ(job->distances[0].measured_m, 2.41);
-  EXPECT_DOUBLE_EQ(job->distances[0].sigma_m, 0.005);
-  EXPECT_DOUBLE_EQ(job->distances[1].sigma_m, 0.002);
-  EXPECT_EQ(job->upright.size(), 3U);
-  ASSERT_EQ(job->planes.size(), 2U);
-  EXPECT_EQ(job->planes[0].size(), 3U);
-  EXPECT_DOUBLE_EQ(job->readout_s, 0.015);
-  EXPECT_DOUBLE_EQ(job->size_sigma, 0.002);
-  EXPECT_EQ(job->intrinsics_sigma.size(), 0) << "camera_info has no standard deviations";
+TEST_F(Walk, TheLapOfARobotIsRefused) {
+  job_.videos = {test::record_lap(folder_ / "lap.mcap", 9, {.for_s = 1})};
+  const auto report = map_video(job_, finder_, {});
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().place.key, "camera");
+  EXPECT_THAT(report.error().message, HasSubstr("brings its camera along"));
 }
 
-TEST_F(VideoDescription, WhatIsNoDistanceIsRefused) {
-  for (const char* words : {"", "3,7", "3,7,", "3,7,far", "3,7,-1", "3,7,0", "3,3,1", "3,7,1,0", "3,7,nan",
-                            "3,7,inf", "3,7,2.4m", "3,7,1,0.01,5", "wall,7,1"}) {
-    said_.distances = {words};
-    EXPECT_THAT(refused(), HasSubstr("no distance between two tags")) << words;
-  }
-}
-
-TEST_F(VideoDescription, AWrongTagIsSaidOfItsFlag) {
-  said_.floor = {"3,wall"};
-  EXPECT_THAT(refused(), HasSubstr("--floor"));
-  said_.floor = {};
-  said_.planes = {"3,4", "wall"};
-  EXPECT_THAT(refused(), HasSubstr("--plane"));
-}
-
-TEST_F(VideoDescription, ATagLiesOnTheFloorOrHangsOnAWall) {
-  said_.floor = {"3,4"};
-  said_.upright = {"7", "4"};
-  EXPECT_THAT(refused(),
-              ::testing::AllOf(HasSubstr("--upright"), HasSubstr("tag36h11:4"), HasSubstr("--floor")));
-  said_.upright = {"7"};
-  EXPECT_EQ(refused(), "");
-}
-
-TEST_F(VideoDescription, TheFieldIsAsLargeAsThePriorSays) {
-  const std::string layout = (folder_ / "field.json").string();
-  std::ofstream(layout) << R"({"tags":[{"ID":7,"pose":{"translation":{"x":4,"y":1,"z":1},
+TEST_F(Walk, TheFieldIsAsLargeAsThePriorMapStates) {
+  std::ofstream(at("field.json")) << R"({"tags":[{"ID":7,"pose":{"translation":{"x":4,"y":1,"z":1},
     "rotation":{"quaternion":{"W":0,"X":0,"Y":0,"Z":1}}}}],"field":{"length":16.5,"width":8.2}})";
-  said_.prior = layout;
-  const auto job = described_map_video(said_, 0.16);
-  ASSERT_TRUE(job) << to_string(job.error());
-  EXPECT_EQ(job->field, (FieldSize{16.5, 8.2}));
+  ASSERT_TRUE(read_prior_map(at("field.json"), job_));
+  EXPECT_EQ(job_.field, (FieldSize{16.5, 8.2}));
+  EXPECT_EQ(job_.prior.tags.size(), 1U);
+  EXPECT_FALSE(read_prior_map(at("none.json"), job_));
 }
 
-TEST_F(VideoDescription, ACalibrationTellsItsShutterAndItsDoubt) {
-  Calibration ours;
-  ours.camera =
-      CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
-  ours.values = {{"fx_px", {.value = 520, .sigma = 2}},
-                 {"fy_px", {.value = 521, .sigma = 2}},
-                 {"readout_s", {.value = 0.02, .sigma = 0.001}}};
-  ASSERT_TRUE(write_calibration(folder_ / "calibration.yaml", ours));
-  said_.camera.file = (folder_ / "calibration.yaml").string();
-  auto job = described_map_video(said_, 0.165);
-  ASSERT_TRUE(job) << to_string(job.error());
-  EXPECT_DOUBLE_EQ(job->readout_s, 0.02);
-  ASSERT_GT(job->intrinsics_sigma.size(), 0);
-  EXPECT_DOUBLE_EQ(job->intrinsics_sigma[0], 2);
-  said_.camera.readout_ms = 5;
-  job = described_map_video(said_, 0.165);
-  ASSERT_TRUE(job);
-  EXPECT_DOUBLE_EQ(job->readout_s, 0.005) << "what is said counts more";
+TEST(Distance, OfTwoTagsWithItsStandardDeviation) {
+  const auto usual = parse_distance("3,7,2.41");
+  ASSERT_TRUE(usual) << to_string(usual.error());
+  EXPECT_EQ(usual->a, (TagId{FamilyId::Tag36h11, 3}));
+  EXPECT_EQ(usual->b, (TagId{FamilyId::Tag36h11, 7}));
+  EXPECT_DOUBLE_EQ(usual->measured_m, 2.41);
+  EXPECT_DOUBLE_EQ(usual->sigma_m, 0.005);
+  EXPECT_DOUBLE_EQ(parse_distance("tag36h11:3,9,1.5,0.002")->sigma_m, 0.002);
+}
+
+TEST(Distance, WhatIsNoneIsRefused) {
+  for (const char* text : {"", "3,7", "3,7,", "3,7,far", "3,7,-1", "3,7,0", "3,3,1", "3,7,1,0", "3,7,nan",
+                           "3,7,inf", "3,7,2.4m", "3,7,1,0.01,5", "wall,7,1"}) {
+    const auto refused = parse_distance(text);
+    ASSERT_FALSE(refused) << text;
+    EXPECT_EQ(refused.error().place.key, "distance");
+    EXPECT_THAT(refused.error().message, HasSubstr("no distance between two tags"));
+  }
+}
+
+constexpr TagId wall_tag(int number) { return {FamilyId::Tag36h11, number}; }
+
+MapVideoJob sound_job() {
+  MapVideoJob job{.camera = walk_camera()};
+  job.sizes.default_size_m = kWalkTag_m;
+  return job;
+}
+
+std::string refused_of_video(const MapVideoJob& job) {
+  const Status sound = check(job);
+  return sound ? std::string("none") : sound.error().place.key;
+}
+
+TEST(MapVideoJob, NeedsACameraAndASize) {
+  EXPECT_EQ(refused_of_video(sound_job()), "none");
+  EXPECT_EQ(refused_of_video({}), "camera");
+  EXPECT_EQ(refused_of_video({.camera = walk_camera()}), "tag_size_m");
+}
+
+TEST(MapVideoJob, ATagLiesOnTheFloorOrHangsOnAWall) {
+  MapVideoJob job = sound_job();
+  job.floor = {wall_tag(3), wall_tag(4)};
+  job.upright = {wall_tag(7)};
+  EXPECT_EQ(refused_of_video(job), "none");
+  job.upright.push_back(wall_tag(4));
+  EXPECT_EQ(
+      to_string(check(job).error()),
+      "(upright): tag36h11:4 is also given with `floor`, and a tag cannot both lie on the floor and hang "
+      "upright on a wall. Leave it out of one of the two.");
+}
+
+TEST(MapVideoJob, StandardDeviationsNeedWhatTheyAreAbout) {
+  MapVideoJob job = sound_job();
+  job.level_sigma_deg = 2;
+  EXPECT_EQ(refused_of_video(job), "level_sigma_deg");
+  job.planes = {{wall_tag(3), wall_tag(4)}};
+  EXPECT_EQ(refused_of_video(job), "none");
+  job.prior_sigma_deg = 1;
+  EXPECT_EQ(refused_of_video(job), "prior_sigma_deg");
+  job.prior_sigma_m = 0.01;
+  EXPECT_EQ(refused_of_video(job), "prior_sigma_m");
+  job.prior = walk_truth();
+  EXPECT_EQ(refused_of_video(job), "none");
+  job.map_T_anchor = SE3();
+  EXPECT_EQ(refused_of_video(job), "anchor_pose") << "the prior map holds the new one";
+  job.prior_sigma_m.reset();
+  job.prior_sigma_deg.reset();
+  EXPECT_EQ(refused_of_video(job), "none");
+  job.anchors = {wall_tag(0), wall_tag(1)};
+  EXPECT_EQ(refused_of_video(job), "anchor_pose");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/lap_input.hpp"
+#include "waymark/base/angles.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -14,9 +15,9 @@ constexpr double kExact = 1e-6;  // [m, rad]
 constexpr double kOpen_m = 10;   // what other measurements tell
 constexpr double kOpen_rad = 0.25;
 
-Status must_be_seen(const TagId& tag, const char* flag, const std::map<TagId, int>& count) {
+Status must_be_seen(const TagId& tag, const char* field, const std::map<TagId, int>& count) {
   if (count.contains(tag)) return {};
-  return fail(ErrorCode::NotFound, to_string(tag) + " was not seen", {.key = flag},
+  return fail(ErrorCode::NotFound, to_string(tag) + " was not seen", {.key = field},
               "`waymark detect` lists the tags of a video.");
 }
 
@@ -44,8 +45,10 @@ ScenePrior as_mapped(const MapVideoJob& job, const MappedTag& tag) {
     const Matrix6 Ad = tag.map_T_tag.inverse().adjoint();
     P = Ad * *tag.covariance * Ad.transpose();
   }
+  const double usual_rad = job.prior_sigma_m ? to_radians(MapVideoJob::kUsualPriorSigma_deg) : kExact;
+  const double sigma_rad = job.prior_sigma_deg ? to_radians(*job.prior_sigma_deg) : usual_rad;
   P.diagonal().head<3>().array() += std::pow(job.prior_sigma_m.value_or(kExact), 2);
-  P.diagonal().tail<3>().array() += std::pow(job.prior_sigma_rad.value_or(kExact), 2);
+  P.diagonal().tail<3>().array() += std::pow(sigma_rad, 2);
   return {.mean = tag.map_T_tag, .sqrt_information = whitening_of(P)};
 }
 
@@ -78,10 +81,10 @@ Result<VideoAnchors> several(const MapVideoJob& job, const std::vector<TagId>& t
   for (const TagId& tag : tags) {
     const MappedTag* known = job.prior.find(tag);
     if (known == nullptr)
-      return fail(ErrorCode::NotFound, "nothing says where " + to_string(tag) + " stands",
-                  {.key = "--anchor"}, "Of several anchors the places are those of --prior.");
+      return fail(ErrorCode::NotFound, "nothing says where " + to_string(tag) + " stands", {.key = "anchor"},
+                  "Of several anchors the places are those of `prior`.");
     anchors.tags[tag] = as_mapped(job, *known);
-    if (!job.prior_sigma_m && !job.prior_sigma_rad && !known->covariance) anchors.exact.insert(tag);
+    if (!job.prior_sigma_m && !job.prior_sigma_deg && !known->covariance) anchors.exact.insert(tag);
     if (count.at(tag) > most) anchors.first = tag;
     most = std::max(most, count.at(tag));
   }
@@ -89,21 +92,22 @@ Result<VideoAnchors> several(const MapVideoJob& job, const std::vector<TagId>& t
 }
 
 Status add_measurements(const MapVideoJob& job, const std::map<TagId, int>& count, TagScene& scene) {
-  const auto direct = [&](const std::vector<TagId>& tags, const char* flag,
+  const double level_rad = to_radians(job.level_sigma_deg.value_or(MapVideoJob::kUsualLevelSigma_deg));
+  const auto direct = [&](const std::vector<TagId>& tags, const char* field,
                           const Eigen::Vector3d& axis) -> Status {
     for (const TagId& tag : tags) {
-      if (Status seen = must_be_seen(tag, flag, count); !seen) return seen;
-      scene.directions.push_back({tag.number, {axis, Eigen::Vector3d::UnitZ(), job.level_sigma_rad}});
+      if (Status seen = must_be_seen(tag, field, count); !seen) return seen;
+      scene.directions.push_back({tag.number, {axis, Eigen::Vector3d::UnitZ(), level_rad}});
     }
     return {};
   };
-  if (Status seen = direct(job.upright, "--upright", Eigen::Vector3d::UnitY()); !seen) return seen;
-  if (Status seen = direct(job.floor, "--floor", Eigen::Vector3d::UnitZ()); !seen) return seen;
+  if (Status seen = direct(job.upright, "upright", Eigen::Vector3d::UnitY()); !seen) return seen;
+  if (Status seen = direct(job.floor, "floor", Eigen::Vector3d::UnitZ()); !seen) return seen;
   for (const TagId& tag : job.floor)
     scene.coordinates.push_back({.tag = tag.number, .sigma_m = MapVideoJob::kFlat_m});
   for (const MeasuredDistance& d : job.distances) {
     for (const TagId& tag : {d.a, d.b})
-      if (Status seen = must_be_seen(tag, "--distance", count); !seen) return seen;
+      if (Status seen = must_be_seen(tag, "distance", count); !seen) return seen;
     scene.distances.push_back({.tag_a = d.a.number,
                                .tag_b = d.b.number,
                                .corner_a = -1,
@@ -112,9 +116,9 @@ Status add_measurements(const MapVideoJob& job, const std::map<TagId, int>& coun
                                .sigma_m = d.sigma_m});
   }
   for (const std::vector<TagId>& tags : job.planes) {
-    ScenePlane plane{.sigma_m = MapVideoJob::kFlat_m, .sigma_rad = job.level_sigma_rad};
+    ScenePlane plane{.sigma_m = MapVideoJob::kFlat_m, .sigma_rad = level_rad};
     for (const TagId& tag : tags) {
-      if (Status seen = must_be_seen(tag, "--plane", count); !seen) return seen;
+      if (Status seen = must_be_seen(tag, "plane", count); !seen) return seen;
       plane.tags.push_back(tag.number);
     }
     scene.planes.push_back(std::move(plane));
@@ -126,16 +130,16 @@ Status add_measurements(const MapVideoJob& job, const std::map<TagId, int>& coun
 
 Result<VideoAnchors> video_anchors(const MapVideoJob& job, const std::map<TagId, int>& count) {
   for (const TagId& tag : job.anchors)
-    if (Status seen = must_be_seen(tag, "--anchor", count); !seen) return tl::unexpected(seen.error());
+    if (Status seen = must_be_seen(tag, "anchor", count); !seen) return tl::unexpected(seen.error());
   std::vector<TagId> tags = job.anchors;
-  if (tags.empty() && (job.prior_sigma_m || job.prior_sigma_rad)) {
+  if (tags.empty() && (job.prior_sigma_m || job.prior_sigma_deg)) {
     for (const auto& [tag, seen] : count)
       if (job.prior.find(tag) != nullptr) tags.push_back(tag);
     if (tags.empty())
-      return fail(ErrorCode::NotFound, "no tag of the older map was seen", {.key = "--prior"},
+      return fail(ErrorCode::NotFound, "no tag of the older map was seen", {.key = "prior"},
                   "`waymark detect` lists the tags of a video.");
   }
-  if (tags.size() > 1 || (!tags.empty() && (job.prior_sigma_m || job.prior_sigma_rad)))
+  if (tags.size() > 1 || (!tags.empty() && (job.prior_sigma_m || job.prior_sigma_deg)))
     return several(job, tags, count);
   VideoAnchors anchors{.first = tags.empty() ? seen_most(job, count) : tags.front()};
   const MappedTag* known = job.prior.find(anchors.first);
@@ -155,7 +159,7 @@ Result<TagScene> video_scene(const MapVideoJob& job, const std::map<TagId, int>&
   scene.bodies.push_back({.name = "map", .map_T_body = held(SE3(), {})});
   scene.bodies.push_back({.name = "hand", .is_static = false});
   scene.cameras.push_back({.name = "camera",
-                           .model = job.camera,
+                           .model = *job.camera,
                            .body = kHand,
                            .body_T_cam = held(SE3(), {}),
                            .readout_s = job.readout_s,

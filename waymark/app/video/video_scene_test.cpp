@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "waymark/app/common/lap_input.hpp"
+#include "waymark/base/angles.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -82,7 +83,7 @@ TEST(VideoAnchors, SeveralStandWhereTheOlderMapHasThemWithinWhatIsSaid) {
   MapVideoJob several = job();
   several.prior = prior_with({3, 8, 99});
   several.prior_sigma_m = 0.01;
-  several.prior_sigma_rad = 0.02;
+  several.prior_sigma_deg = to_degrees(0.02);
   const auto anchors = video_anchors(several, kSeen);
   ASSERT_TRUE(anchors);
   ASSERT_EQ(anchors->tags.size(), 2U) << "99 was not seen";
@@ -102,12 +103,12 @@ TEST(VideoAnchors, SeveralStandWhereTheOlderMapHasThemWithinWhatIsSaid) {
   EXPECT_EQ(video_anchors(exact, kSeen)->exact.size(), 2U);
 }
 
-TEST(VideoAnchors, WhatWasNotSeenOrStandsNowhereIsAnErrorWithItsFlag) {
+TEST(VideoAnchors, WhatWasNotSeenOrStandsNowhereIsAnErrorWithItsField) {
   MapVideoJob wrong = job();
   wrong.anchors = {tag(77)};
   const auto unseen = video_anchors(wrong, kSeen);
   ASSERT_FALSE(unseen);
-  EXPECT_EQ(unseen.error().place.key, "--anchor");
+  EXPECT_EQ(unseen.error().place.key, "anchor");
   EXPECT_THAT(to_string(unseen.error()), HasSubstr("tag36h11:77 was not seen"));
   wrong.anchors = {tag(3), tag(5)};
   const auto nowhere = video_anchors(wrong, kSeen);
@@ -118,7 +119,7 @@ TEST(VideoAnchors, WhatWasNotSeenOrStandsNowhereIsAnErrorWithItsFlag) {
   wrong.prior_sigma_m = 0.01;
   const auto none = video_anchors(wrong, kSeen);
   ASSERT_FALSE(none);
-  EXPECT_EQ(none.error().place.key, "--prior");
+  EXPECT_EQ(none.error().place.key, "prior");
 }
 
 Result<TagScene> scene_of(const MapVideoJob& asked) {
@@ -150,13 +151,13 @@ TEST(VideoScene, EveryMeasurementIsAFactOfTheScene) {
   asked.floor = {tag(8)};
   asked.planes = {{tag(3), tag(5)}};
   asked.distances = {{tag(3), tag(5), 1.5, 0.002}};
-  asked.level_sigma_rad = 0.03;
+  asked.level_sigma_deg = to_degrees(0.03);
   const auto scene = scene_of(asked);
   ASSERT_TRUE(scene);
   ASSERT_EQ(scene->directions.size(), 2U);
   EXPECT_EQ(scene->directions[0].factor.tag_axis, Eigen::Vector3d::UnitY());
   EXPECT_EQ(scene->directions[1].factor.tag_axis, Eigen::Vector3d::UnitZ());
-  EXPECT_EQ(scene->directions[1].factor.sigma_rad, 0.03);
+  EXPECT_DOUBLE_EQ(scene->directions[1].factor.sigma_rad, 0.03);
   ASSERT_EQ(scene->coordinates.size(), 1U);
   EXPECT_EQ(scene->coordinates[0].tag, 8);
   EXPECT_EQ(scene->coordinates[0].measured_m, 0);
@@ -175,16 +176,16 @@ TEST(VideoScene, ATagThatAMeasurementNamesMustBeSeenAndHaveASize) {
   };
   MapVideoJob asked = job();
   asked.upright = {tag(77)};
-  EXPECT_EQ(key_of(asked), "--upright");
+  EXPECT_EQ(key_of(asked), "upright");
   asked = job();
   asked.floor = {tag(77)};
-  EXPECT_EQ(key_of(asked), "--floor");
+  EXPECT_EQ(key_of(asked), "floor");
   asked = job();
   asked.planes = {{tag(3), tag(77)}};
-  EXPECT_EQ(key_of(asked), "--plane");
+  EXPECT_EQ(key_of(asked), "plane");
   asked = job();
   asked.distances = {{tag(77), tag(3), 1, 0.01}};
-  EXPECT_EQ(key_of(asked), "--distance");
+  EXPECT_EQ(key_of(asked), "distance");
   asked = job();
   asked.sizes = {};
   asked.sizes.size_by_tag_m[tag(5)] = 0.1;

@@ -1,0 +1,194 @@
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+#include "waymark/app/cli/detection_flags.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/map/map_extension.hpp"
+#include "waymark/app/map/map_recording.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/yaml/world_file.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// The flags of `waymark map lap`. Must stay where it is while the command line is parsed.
+struct MapLapArgs {
+  explicit MapLapArgs(CLI::App& verb);
+
+  /// Method, options, anchor and sizes, and the world with the truth.
+  [[nodiscard]] Result<MapJob> make_job() const;
+  /// Afterwards: the older maps and their tags.
+  [[nodiscard]] Status read_maps(MapJob& made) const;
+
+  MapJob job{};
+  Settings settings;
+  std::string method = "bundle";
+  std::vector<double> anchor_pose;
+  std::vector<std::string> tag_sizes;
+  std::string world;
+  std::string prior;
+  std::string extend;
+  std::vector<std::string> freeze;
+  std::vector<std::string> remove;
+  bool json = false;
+  OptionFlags<BundleMapOptions> bundle;
+  OptionFlags<ChainOptions> chain;
+  OptionFlags<LandmarkMapOptions> points;
+  OptionFlags<RouteOptions> route;
+  DetectorFlags detector;
+};
+
+MapLapArgs::MapLapArgs(CLI::App& verb)
+    : settings(verb),
+      bundle(settings, "bundle", "Method bundle"),
+      chain(settings, "chain", "Where the search starts, and method chain"),
+      points(settings, "points", "Recordings with poses of tags and no corners"),
+      route(settings, "route", "Route"),
+      detector(settings, "Detector") {
+  add_fields(verb, job);
+  add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
+             "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
+             "right, y down, z into the tag). Unless given: that of the recording; for another anchor the "
+             "map's origin is its centre, map z is up, map x goes into the tag")
+      ->expected(6);
+  add_option(verb, "--tag-size-m SIZE", tag_sizes,
+             "Side of the black square of the tags [m]; ID=SIZE for a tag of another size (repeatable). "
+             "Unless given: those of the recording")
+      ->allow_extra_args(false);
+  add_option(verb, "--method NAME", method,
+             "Mapping method: bundle (bundle adjustment of all observations and odometry) or chain (tag to "
+             "tag, without optimisation)",
+             kShown);
+  add_option(verb, "--world NAME", world, "Ground truth of the tags, where the recording does not hold it");
+  add_option(verb, "--prior FILE", prior,
+             "Older map of the place (map.yaml, or any that `waymark localize --map` takes) with which the "
+             "new one is compared: tags swapped, moved or resized since are listed");
+  add_option(
+      verb, "--extend MAP", extend,
+      "A map (map.yaml, or its folder) that this lap is to improve: the lap is moved onto it, and both "
+      "are adjusted together; what the lap did not see stays. The older one is kept");
+  add_option(verb, "--route-name NAME", job.route_name,
+             "With --extend: the lap becomes the route of this name (route-NAME.yaml) beside those of the "
+             "map, which stay");
+  add_option(verb, "--freeze TAGS", freeze,
+             "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3",
+             kByCommas, kMore);
+  add_option(verb, "--remove TAGS", remove,
+             "With --extend: tags that were removed; they are deleted from the map and from the lap",
+             kByCommas, kMore);
+  add_option(verb, "--map-sigma NUMBER", job.map_sigma_m,
+             "With --extend: standard deviation of the positions of the tags of a map without covariances, "
+             "such as one measured by hand [m]",
+             kMore, between(1e-6, 10.0))
+      ->default_str(fmt::format("{}", kMapSigma_m));
+  add_flag(verb, "--json", json, "One JSON object instead of words");
+}
+
+Result<MapJob> MapLapArgs::make_job() const {
+  MapJob made = job;
+  Refusals refused(settings.app());
+  refused.options(method == "chain", bundle, "the method chain does not optimise",
+                  "Leave it out, or --method chain.");
+  Status status = refused.status();
+  if (status) status = bundle.apply(made.options.bundle);
+  if (status) status = chain.apply(made.options.chain);
+  if (status) status = points.apply(made.points);
+  if (status) status = route.apply(made.options.route);
+  if (!status) return tl::unexpected(status.error());
+  const Result<MapMethod> by = parse_map_method(method);
+  if (!by) return tl::unexpected(by.error());
+  made.options.method = *by;
+  const Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
+  if (!sizes) return tl::unexpected(sizes.error());
+  made.overrides.tag_size_m = sizes->default_size_m;
+  made.overrides.size_by_tag_m = sizes->size_by_tag_m;
+  if (!anchor_pose.empty()) {
+    const Result<SE3> pose = anchor_pose_of(anchor_pose);
+    if (!pose) return tl::unexpected(pose.error());
+    made.overrides.map_T_anchor = *pose;
+  }
+  if (world.empty()) return made;
+  const auto path = find_shared("worlds", world);
+  if (!path) return tl::unexpected(path.error());
+  Result<World> truth = read_world(*path);
+  if (!truth) return tl::unexpected(truth.error());
+  made.truth = std::move(*truth);
+  return made;
+}
+
+Status MapLapArgs::read_maps(MapJob& made) const {
+  if (!prior.empty()) {
+    Result<LandmarksFile> older = read_landmarks(prior, made.overrides.tag_size_m);
+    if (!older) return tl::unexpected(older.error());
+    made.prior = std::move(*older);
+  }
+  if (!extend.empty())
+    if (Status read = read_extended_map(extend, made); !read) return read;
+  const auto stay = tags_named(freeze, "freeze");
+  const auto gone = tags_named(remove, "remove");
+  if (!stay || !gone) return tl::unexpected((stay ? gone : stay).error());
+  made.freeze = {stay->begin(), stay->end()};
+  made.remove = {gone->begin(), gone->end()};
+  return check(made);
+}
+
+ExitCode map_lap(const MapLapArgs& args, Console& console) {
+  Result<MapJob> job = args.make_job();
+  if (!job) return fail_usage(job.error(), console);
+  if (const Status maps = args.read_maps(*job); !maps) return fail_with(maps.error(), console);
+  std::optional<TagFinder> finder;
+  if (args.detector.given()) {
+    Result<TagFinder> made = args.detector.make();
+    if (!made) return fail_usage(made.error(), console);
+    finder = std::move(*made);
+    job->finder = &*finder;
+  }
+  const Result<MapReport> report = map_recording(*job, control_from(console));
+  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
+  console.warn(report->warnings);
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb map_lap_verb() {
+  return {
+      .name = "lap",
+      .sentence = "Make a map of the tags and a route of a robot's recorded lap",
+      .help =
+          R"(Writes map.yaml (tags), route.yaml (what to drive), trajectory.txt (where the base was, TUM format),
+summary.json (what --json prints) and figures into the folder; robot.yaml and truth_trajectory.txt where
+the recording holds them; trajectory_covariance.csv with method bundle. What stands in the folder under these
+names moves aside (map.1.yaml, error.1.svg, ...); a run writes all of its files or none. Formats: docs/formats/map.md.
+A recording that was cut is used as far as it goes. Where it holds pictures instead of tags, their tags are found first;
+the detector's flags say how, and that the pictures count also where the recording holds tags.
+Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
+A recording brings its camera along: give --robot for one without a calibration.
+
+With --extend MAP a lap improves a map that is there: what both know is weighed by their covariances, tags that
+are not where the map has them are named and get their new place, tags the lap did not see stay. The map has an
+anchor, so --anchor and --anchor-pose do not go with it. With --route-name NAME the lap is one more route of that map:
+`waymark replay MAP --route NAME` drives it.
+A recording that holds poses of tags and no corners (an LCM log of an MBot) is mapped with its odometry, in the
+frame of the base where it begins.
+
+Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
+
+Examples:
+  waymark map lap.mcap -o map
+  waymark map lap.mcap -o map2 --method chain --smoothing-m 0.2 --json
+  waymark map lap.mcap -o map3 --anchor tag36h11:0 --anchor-pose 0 0 0.3 -90 0 -90
+  waymark map lap2.mcap -o map --extend map --remove 7
+  waymark map lap3.mcap -o map --extend map --route-name kitchen
+  waymark map bag --camera-frame camera_color_optical_frame --tag-size-m 0.16 --anchor 0 -o map
+  waymark map detections.csv odometry.csv --robot limo --tag-size-m 0.16 --anchor 0 -o map
+)",
+      .prepare = prepared(map_lap)};
+}
+
+}  // namespace waymark::cli

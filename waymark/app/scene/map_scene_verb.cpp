@@ -1,0 +1,69 @@
+#include <string>
+
+#include <CLI/App.hpp>
+
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/scene/map_scene.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// The flags of `waymark map scene`. Must stay where it is while the command line is parsed.
+struct MapSceneArgs {
+  explicit MapSceneArgs(CLI::App& verb) : settings(verb), search(settings, "bundle", "Bundle adjustment") {
+    add_fields(verb, job);
+    add_option(verb, "--model NAME", model,
+               "Cost model: waymark, or tagslam (TagSLAM's noise of every observation and of the cameras' "
+               "poses)",
+               kShown);
+    add_flag(verb, "--json", json, "One JSON object instead of words");
+  }
+
+  MapSceneJob job{};
+  Settings settings;
+  std::string model = "waymark";
+  bool json = false;
+  OptionFlags<SearchOptions> search;
+};
+
+ExitCode map_scene(const MapSceneArgs& args, Console& console) {
+  MapSceneJob job = args.job;
+  Status status = args.search.apply(job.options.search);
+  if (const Result<SceneModel> model = parse_scene_model(args.model); model)
+    job.options.model = *model;
+  else if (status)
+    status = tl::unexpected(model.error());
+  if (status) status = check(job);
+  if (!status) return fail_usage(status.error(), console);
+  const Result<MapSceneReport> report = map_scene_recording(job, control_from(console));
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job.folder));
+  console.warn(report->warnings);
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb map_scene_verb() {
+  return {
+      .name = "scene",
+      .sentence = "Make a map of cameras and bodies with tags that TagSLAM's files describe",
+      .help =
+          R"(The recording is of any cameras on any bodies that look at tags on any bodies, as TagSLAM's files in the folder of
+--tagslam say; no floor, wheels or route are needed. Sizes of tags, the anchor (a body that stands still) and cameras
+are those of the files, which is why this verb has no flags for them. It writes map.yaml (tags of bodies that
+stand still), trajectory_BODY.txt of each body that moves, poses.yaml and camera_poses.yaml as TagSLAM reads them, and
+summary.json (docs/formats/tagslam.md). The recording is a bag or an MCAP file of detections; pictures are not searched
+for tags.
+
+Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
+
+Examples:
+  waymark map tags.bag --tagslam config -o scene
+  waymark map scene tags.bag --tagslam config -o scene --free-intrinsics
+  waymark map tags.bag --tagslam config -o scene --model tagslam --against reference --json
+)",
+      .prepare = prepared(map_scene)};
+}
+
+}  // namespace waymark::cli

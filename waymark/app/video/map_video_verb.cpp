@@ -1,0 +1,172 @@
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+#include "waymark/app/cli/detection_flags.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/lap_input.hpp"
+#include "waymark/app/video/map_video.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// The flags of `waymark map video`. Must stay where it is while the command line is parsed.
+struct MapVideoArgs {
+  explicit MapVideoArgs(CLI::App& verb);
+
+  [[nodiscard]] Result<MapVideoJob> make_job() const;
+
+  MapVideoJob job{};
+  Settings settings;
+  CameraDescription camera;
+  std::vector<std::string> tag_sizes;
+  std::string anchor;
+  std::vector<double> anchor_pose;
+  std::string prior;
+  std::vector<std::string> distances;
+  std::vector<std::string> upright;
+  std::vector<std::string> floor;
+  std::vector<std::string> planes;
+  bool json = false;
+  OptionFlags<SearchOptions> search;
+  DetectorFlags detector;
+
+ private:
+  [[nodiscard]] Status read_place(MapVideoJob& made) const;
+  [[nodiscard]] Status read_camera_file(MapVideoJob& made) const;
+};
+
+MapVideoArgs::MapVideoArgs(CLI::App& verb)
+    : settings(verb), search(settings, "bundle", "Bundle adjustment"), detector(settings, "Detector") {
+  add_fields(verb, job);
+  add_option(verb, "--camera FILE", camera.file,
+             "Calibration of the camera (calibration.yaml, ROS camera_info, kalibr YAML or JSON of "
+             "PhotonVision), needed; the standard deviations of a calibration.yaml become part of the map's");
+  CameraDescription::fields(camera,
+                            [&](auto& value, const JobField& field) { add_field(verb, value, field); });
+  add_option(verb, "--readout-ms NUMBER", camera.readout_ms,
+             "Time from the first row to the last of the camera's rolling shutter, in milliseconds; negative "
+             "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+             between(-200.0, 200.0));
+  add_option(verb, "--tag-size-m SIZE", tag_sizes,
+             "Side of the black square of the tags [m], needed; ID=SIZE for a tag of another size "
+             "(repeatable)")
+      ->allow_extra_args(false);
+  add_option(verb, "--anchor TAGS", anchor,
+             "Anchor tag, which sets the origin of the map, for example tag36h11:0; with --prior several "
+             "(3,7,9). Unless given: the tag that is seen most");
+  add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
+             "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
+             "right, y down, z into the tag). Unless given: as --prior has it, else the map's origin is its "
+             "centre, map z is up, map x goes into the tag")
+      ->expected(6);
+  add_option(
+      verb, "--prior FILE", prior,
+      "Older map of the place (map.yaml, or any that `waymark localize --map` takes), where the anchor "
+      "stands and with which the new one is compared");
+  add_option(verb, "--distance TAG,TAG,METRES", distances,
+             "A measured distance between the centres of two tags, which gives the scale: ids, metres and, "
+             "unless it is 0.005 m, its standard deviation, such as 3,7,2.41 or 3,7,2.41,0.002. May be "
+             "repeated");
+  add_option(verb, "--upright TAGS", upright,
+             "Tags that hang upright on vertical walls, such as 3,7: they level the map", kByCommas);
+  add_option(verb, "--floor TAGS", floor, "Tags that lie on the floor: they level the map, and z is 0 there",
+             kByCommas);
+  add_option(verb, "--plane TAGS", planes,
+             "Tags that are on one plane, such as one wall, wherever it is: 3,4,7. May be repeated");
+  add_flag(verb, "--json", json, "One JSON object instead of words");
+}
+
+Status MapVideoArgs::read_place(MapVideoJob& made) const {
+  Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
+  if (!sizes) return tl::unexpected(sizes.error());
+  made.sizes = std::move(*sizes);
+  Status status;
+  const auto read = [&](const std::vector<std::string>& texts, const char* field, std::vector<TagId>& tags) {
+    Result<std::vector<TagId>> named = tags_named(texts, field);
+    if (status && !named) status = tl::unexpected(named.error());
+    if (named) tags = std::move(*named);
+  };
+  if (!anchor.empty()) read({anchor}, "anchor", made.anchors);
+  read(upright, "upright", made.upright);
+  read(floor, "floor", made.floor);
+  for (const std::string& plane : planes) read({plane}, "plane", made.planes.emplace_back());
+  if (!status) return status;
+  for (const std::string& text : distances) {
+    const Result<MeasuredDistance> distance = parse_distance(text);
+    if (!distance) return tl::unexpected(distance.error());
+    made.distances.push_back(*distance);
+  }
+  if (anchor_pose.empty()) return {};
+  const Result<SE3> pose = anchor_pose_of(anchor_pose);
+  if (!pose) return tl::unexpected(pose.error());
+  made.map_T_anchor = *pose;
+  return {};
+}
+
+Status MapVideoArgs::read_camera_file(MapVideoJob& made) const {
+  if (camera.file.empty()) return {};
+  Result<DescribedCamera> read = read_camera(camera);
+  if (!read) return tl::unexpected(read.error());
+  made.camera = read->camera;
+  made.intrinsics_sigma = std::move(read->intrinsics_sigma);
+  made.readout_s = read->readout_s;
+  return {};
+}
+
+Result<MapVideoJob> MapVideoArgs::make_job() const {
+  MapVideoJob made = job;
+  Status status = search.apply(made.search);
+  if (status) status = read_place(made);
+  if (status) status = read_camera_file(made);
+  if (status && !prior.empty()) status = read_prior_map(prior, made);
+  if (status) status = check(made);
+  return status ? Result<MapVideoJob>(std::move(made)) : tl::unexpected(status.error());
+}
+
+ExitCode map_video_tags(const MapVideoArgs& args, Console& console) {
+  const Result<MapVideoJob> job = args.make_job();
+  if (!job) return fail_with(job.error(), console);
+  const Result<TagFinder> finder = args.detector.make();
+  if (!finder) return fail_usage(finder.error(), console);
+  const Result<MapVideoReport> report = map_video(*job, *finder, control_from(console));
+  if (!report) {
+    const Error& error = report.error();
+    const bool misused =
+        error.code == ErrorCode::InvalidArgument && error.place.source.empty() && !error.place.key.empty();
+    return console.failed(naming_flag(error), misused ? ExitCode::Usage : ExitCode::SomeFailed);
+  }
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
+  console.warn(report->warnings);
+  return ExitCode::Ok;
+}
+
+}  // namespace
+
+Verb map_video_verb() {
+  return {
+      .name = "video",
+      .sentence = "Make a map of the tags in the video of a camera that is carried by hand",
+      .help =
+          R"(A video (mp4, mkv, webm, avi), or the recording of a camera alone, is mapped without robot, odometry and floor, in six
+degrees of freedom; --camera and --tag-size-m are needed. Tags must be in one picture with tags that lead to the anchor.
+It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt
+(of the camera) and summary.json. With --prior the anchor stands where that map has it, and each tag is held against it;
+with --prior-sigma-m all its tags hold the map. Scale: --tag-size-m, or measured distances (--distance); level: the
+anchor, or tags known to hang upright or to lie on the floor (--upright, --floor). docs/howto/video.md says more.
+A recording with odometry is the lap of a robot: `waymark map lap` maps it, and makes a route as well.
+
+Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
+
+Examples:
+  waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map
+  waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map --distance 3,7,2.41 --upright 3,7,9
+  waymark map video desk.mcap --camera calibration.yaml --tag-size-m 0.16 -o map
+)",
+      .prepare = prepared(map_video_tags)};
+}
+
+}  // namespace waymark::cli
