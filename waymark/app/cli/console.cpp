@@ -218,8 +218,9 @@ ExitCode Console::finish(ExitCode code) {
 }
 
 Error naming_flag(Error error) {
-  if (error.place.source.empty() && !error.place.key.empty() && !error.place.key.starts_with('-'))
-    error.place.key = flag_name(error.place.key);
+  const std::string& key = error.place.key;
+  const bool in_file = !error.place.source.empty() && key != "output";  // where the source is the output
+  if (!in_file && !key.empty() && !key.starts_with('-')) error.place.key = flag_name(key);
   return error;
 }
 

@@ -98,8 +98,8 @@ class Console {
 
 // How a verb fails: which words, and which exit code.
 
-/// The error with the flag that sets its key, as people type it: "(--tag-size-m): …". One with a place in a
-/// file stays as it is.
+/// The error with the flag that sets its key, as people type it: "(--tag-size-m): …". The key of a file
+/// stays as it is.
 [[nodiscard]] Error naming_flag(Error error);
 
 /// 2 for what the command line or the environment says (the error's key is a flag, its source is
