@@ -39,7 +39,7 @@ ExitCode calibrate_drive(const CalibrateRobotArgs& args, Console& console) {
   const Result<CalibrateRobotJob> job = job_of(args);
   if (!job) return fail_usage(job.error(), console);
   const Result<CalibrateRobotReport> report = calibrate_robot(*job, control_from(console));
-  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   console.warn(report->warnings);
   const auto earlier = write_robot_calibration(*job, *report);

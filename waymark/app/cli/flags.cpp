@@ -58,7 +58,8 @@ std::string Settings::keys_text() const {
 
 GivenFlags given_on(const CLI::App& app) {
   return [&app](const char* flag) {
-    const CLI::Option* option = app.get_option_no_throw(flag);
+    const std::string name = std::string_view(flag).starts_with('-') ? flag : flag_name(flag);
+    const CLI::Option* option = app.get_option_no_throw(name);
     return option != nullptr && option->count() > 0;
   };
 }

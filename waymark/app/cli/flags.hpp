@@ -206,7 +206,7 @@ template <HasFields Options>
 /// Why the option lag_s of a filter is refused where the filter is not a smoother.
 inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
 
-/// Which flags are on the command line.
+/// Which flags are on the command line: "--tag-size-m", or "tag_size_m".
 [[nodiscard]] GivenFlags given_on(const CLI::App& app);
 
 /// Flags and options that have no effect on what is given, refused one after the other: the first that is on

@@ -8,7 +8,7 @@ namespace {
 
 ExitCode report(const ReportJob& args, Console& console) {
   const auto summary = write_report(args.runs, args.output, args.force, control_from(console));
-  if (!summary) return console.failed(summary.error(), exit_code_of(summary.error()));
+  if (!summary) return fail_with(summary.error(), console);
   console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,
                             summary->sections, static_cast<double>(summary->bytes) / 1e6));
   return ExitCode::Ok;

@@ -29,7 +29,7 @@ inline JobField duration_s() {
   return {"duration_s NUMBER", "End after so many seconds. Unless given: at Ctrl-C", 0.01, 1e6};
 }
 inline JobField record_images() {
-  return JobField("record_images HOW", "With -o: also record the pictures: jpeg, or raw, ten times as large")
+  return JobField("record_images HOW", "Record the pictures as well: jpeg, or raw, ten times as large")
       .one_of("jpeg,raw")
       .less();
 }
