@@ -26,7 +26,8 @@ ExitCode localize_driven(const LocalizeRobotArgs& args, Console& console) {
   if (const Status sound = args.method.apply(job.method, job.filter, job.anchor); !sound)
     return fail_usage(sound.error(), console);
   const Result<RobotSetup> setup = load_listening_robot(job);
-  if (!setup) return fail_by_kind(setup.error(), console);
+  if (!setup && setup.error().code == ErrorCode::Unwritable) return fail_with(setup.error(), console);
+  if (!setup) return fail_usage(setup.error(), console);
   const auto view = LivePage::open(args.view, *setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
   if (*view) job.feed = &(*view)->feed();
