@@ -20,7 +20,7 @@ MOST = 20  # flags that --help shows
 NEEDS = {
     "demo": "-o demo", "teach": "--world circuit24 -o lap.mcap", "map lap": "lap.mcap -o map", "map scene": "tags.bag --tagslam folder -o map",
     "map video": "walk.mp4 --camera camera.yaml --tag-size-m 0.1 -o map", "replay": "map --world circuit24",
-    "optimize": "map", "run": "--world circuit24 --driver scripted -o session", "explore": "", "localize": "lap.mcap --map map",
+    "optimize": "map", "run": "--world circuit24 --driver scripted -o session", "explore": "", "localize log": "lap.mcap --map map", "localize robot": "--robot process:true --map map",
     "simulate": "--like lap.mcap -o like.mcap", "robot-sim process": "--world circuit24",
     "robot-sim ros2": "--world circuit24", "robot-sim limo": "--world circuit24", "robot-sim mbot": "--world circuit24",
     "robot-sim gazebo": "limo --world circuit24", "detect": "photograph.png", "evaluate": "est.txt ref.txt",
@@ -40,9 +40,11 @@ EFFECTIVE = set("""
 --start --annotate --camera --no-refine --images --faults --taught --remove --margin-m --per-page --spacing --first-id --most-tags --height-m
 --duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --ros-distro --stamped --count --seconds --skip-lifted --simulated --share-commands --listen-only --sdf --models --plant --tag-at-m --guided
 --wire-noise --wire-dropped --wire-torn --mbot-generation --resume --target
+--every-s --detector --search-every --readout-ms --camera-name --camera-size
 """.split())
 
 # (verb, flag): a command line on which the flag would have no effect, and which is refused for it.
+HAND = "v4l2:/dev/video0 --camera camera.yaml --map map"
 SERVED = {"--port": "8000", "--listen": "0.0.0.0", "--token": "abcdefghijklmnop", "--open": ""}
 WITHOUT_EFFECT = {
     **{(verb, flag): f"{NEEDS[verb]} {flag} {value}" for verb in ("demo", "teach", "replay", "run") for flag, value in SERVED.items()},
@@ -91,7 +93,7 @@ WITHOUT_EFFECT = {
         ("--square-size-m", "0.1"), ("--marker-size-m", "0.1"), ("--dictionary", "4x4_50"), ("--legacy-pattern", ""), ("--tiled", ""))},
     ("calibrate camera", "--first-id"): "photograph.png --map map.yaml --first-id 3",
     ("calibrate robot", "--map-sigma"): "lap.mcap --map-sigma 0.1",
-    ("localize", "--no-adapt"): f"{NEEDS['localize']} --method anchor --no-adapt",
+    ("localize log", "--no-adapt"): f"{NEEDS['localize log']} --method anchor --no-adapt",
     ("map lap", "--route-name"): f"{NEEDS['map lap']} --route-name kitchen",
     ("map lap", "--freeze"): f"{NEEDS['map lap']} --freeze 3",
     ("map lap", "--remove"): f"{NEEDS['map lap']} --remove 3",
@@ -113,16 +115,15 @@ WITHOUT_EFFECT = {
     ("tags sheet", "--dpi"): "--ids 0 --tag-size-m 0.05 -o tags.pdf --dpi 600",
     ("tags board", "--dpi"): "--tag-size-m 0.02 -o board.pdf --dpi 600",
     ("tags board", "--kalibr-yaml"): "--style separate --tag-size-m 0.02 -o board.pdf --kalibr-yaml",
-    **{("localize", flag): f"lap.mcap --map map {flag} {value}" for flag, value in SERVED.items()},
-    ("localize", "--every-s"): "lap.mcap --map map --every-s 2",
+    **{(verb, flag): f"{needs} {flag} {value}" for flag, value in SERVED.items()
+       for verb, needs in (("localize robot", NEEDS["localize robot"]), ("localize camera", HAND))},
+    ("localize robot", "--record-images"): f"{NEEDS['localize robot']} --record-images jpeg",
+    ("localize camera", "--record-images"): f"{HAND} --record-images jpeg",
+    ("localize robot", "--search-strips"): f"{NEEDS['localize robot']} --search-strips",
     **{(verb, flag): f"{needs} {flag} {value}".strip() for flag, value in (("--detector", "waymark"), ("--search-every", "8"), ("--search-strips", ""))
-       for verb, needs in (("localize", "lap.mcap --map map"), ("commission", "--world circuit24"), *((verb, NEEDS[verb]) for verb in ("teach", "replay", "run")))},
-    ("localize", "--readout-ms"): "lap.mcap --map map --readout-ms 2",
-    ("localize", "--camera-name"): "lap.mcap --map map --camera-name left",
-    ("localize", "--camera-size"): "lap.mcap --map map --camera-size 640x480",
+       for verb, needs in (("commission", "--world circuit24"), *((verb, NEEDS[verb]) for verb in ("teach", "replay", "run")))},
     ("detect", "--camera-size"): "photograph.png --camera-size 640x480",
     ("convert", "--camera-size"): f"{NEEDS['convert']} --camera-size 640x480",
-    ("localize", "--record-images"): "lap.mcap --map map --record-images jpeg",
     **{("detect", flag): f"photograph.png {flag} {value}" for flag, value in SERVED.items()},
     **{("calibrate guided", flag): f"{NEEDS['calibrate guided']} {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view: its flags always count. So do those of a sub-verb that has them alone.
@@ -178,10 +179,28 @@ IDLE = [
     ("replay", "pursuit", NEEDS["replay"], None),
     ("replay", "goal", f"{NEEDS['replay']} --controller pursuit", None),
     ("replay", "follower", f"{NEEDS['replay']} --controller pursuit", FOLLOWER),
-    ("localize", "anchor", NEEDS["localize"], None),
-    *(("localize", section, "walk.mp4 --camera camera.yaml --map map", None) for section in ("anchor", "filter")),
-    ("localize", "filter", f"{NEEDS['localize']} --method anchor", None),
-    *((verb, "filter", NEEDS[verb], {"lag_s"}) for verb in ("replay", "run", "demo", "explore", "localize", "calibrate robot"))]
+    *((verb, "anchor", NEEDS[verb], None) for verb in ("localize log", "localize robot")),
+    *((verb, "filter", f"{NEEDS[verb]} --method anchor", None) for verb in ("localize log", "localize robot")),
+    *((verb, "filter", NEEDS[verb], {"lag_s"}) for verb in ("replay", "run", "demo", "explore", "localize log", "localize robot", "calibrate robot"))]
+
+# A line that does not name its verb, the verb that is chosen, a flag with its value, and the verb that has it.
+WALK = "walk.mp4 --camera camera.yaml --map map"
+OF_ANOTHER_MODE = [
+    *((NEEDS["localize log"], "localize log", flag, value, owner) for flag, value, owner in (
+        ("--robot-file", "limo", "localize robot"), ("--camera-source", "v4l2:/dev/video0", "localize robot"), ("--detector", "waymark", "localize robot"),
+        ("--search-every", "8", "localize robot"), ("--duration-s", "2", "localize robot"), ("--record-images", "jpeg", "localize robot"),
+        ("--view", "", "localize robot"), ("--publish-ros2", "", "localize robot"), ("--every-s", "2", "localize robot"),
+        ("--camera-name", "left", "localize camera"), ("--camera-size", "640x480", "localize camera"), ("--readout-ms", "2", "localize video"))),
+    *((NEEDS["localize robot"], "localize robot", flag, value, "localize log") for flag, value in (
+        ("--no-adapt", ""), ("--base-frame", "base"), ("--camera-frame", "camera"), ("--camera-topic", "/camera"), ("--odometry-topic", "/odom"),
+        ("--imu-topic", "/imu"), ("--sensor-pose", "0 0 0"))),
+    *((HAND, "localize camera", flag, value, "localize log") for flag, value in (
+        ("--robot", "limo"), ("--calibration", "calibration.yaml"), ("--start", "0 0 0"), ("--method", "ekf"), ("--no-adapt", ""),
+        ("--set", "filter.gate=0.9"), ("--gate", "0.9"))),
+    (HAND, "localize camera", "--readout-ms", "2", "localize video"),
+    *((WALK, "localize video", flag, value, owner) for flag, value, owner in (
+        ("--method", "ekf", "localize log"), ("--config", "options.yaml", "localize log"), ("--view", "", "localize robot"),
+        ("--duration-s", "2", "localize robot")))]
 
 
 @functools.lru_cache(maxsize=None)
@@ -318,6 +337,14 @@ class Flags(InFolder):
         self.fill()
         for (verb, flag), (words, chosen, other) in OF_ANOTHER.items():
             self.refused(verb, words.split(), f"waymark {verb}: unknown flag '{flag.split()[0]}' of `waymark {chosen}`: it is one of `waymark {other}`.")
+
+    def test_a_flag_of_another_mode_is_answered_with_the_verb_that_has_it(self):
+        self.fill()
+        for line, chosen, flag, value, owner in OF_ANOTHER_MODE:
+            verb = chosen.split()[0]
+            self.assertIn(flag, flags_of(help_of(owner, "--help-all")))
+            self.assertNotIn(flag, flags_of(help_of(chosen, "--help-all")))
+            self.refused(verb, [*line.split(), flag, *value.split()], f"unknown flag '{flag}' of `waymark {chosen}`: it is one of `waymark {owner}`")
 
     def test_a_flag_of_videos_without_what_it_is_about_is_refused(self):
         self.fill()

@@ -13,7 +13,7 @@ import sys
 import pictures
 from fake_camera import FakeCamera
 from harness import PROGRAM, InFolder, program, rest_of, unittest
-from laps import MAP_OF_SQUARE, WithMap, made
+from laps import LAP_OF_SQUARE, MAP_OF_SQUARE, WithMap, made, put
 
 # A simulated robot that drives a circle whoever asks; what it is told on standard input is kept.
 DRIVEN = """
@@ -86,16 +86,40 @@ class Refused(InFolder):
     def test_what_does_not_go_together_is_said(self):
         for words, sentence in (
                 (["--map", "map"], "there is nothing to localise"),
-                (["lap.mcap", "--map", "map", "--robot", "ros2:limo"], "a recording is named, too"),
-                (["lap.mcap", "--map", "map", "--view"], "this is about a robot or a camera that is there"),
-                (["--map", "map", "--robot", "process:true", "--no-adapt"], "this is about recordings"),
-                (["--map", "map", "--robot", "process:true", "--record-images", "jpeg"], "nothing is recorded"),
-                (["lap.mcap", "--map", "map", "--robot-file", "limo"], "this is about a robot that is there"),
-                (["v4l2:/dev/video0", "--map", "map"], "the calibration of the camera is not known"),
-                (["v4l2:/dev/video0", "--map", "map", "--start", "0", "0", "0"], "the tags of one picture")):
+                (["lap.mcap", "--map", "map", "--robot", "ros2:limo"], "lap.mcap"),
+                (["lap.mcap", "--map", "map", "--view"], "'--view' of `waymark localize log`: it is one of `waymark localize robot`"),
+                (["--map", "map", "--robot", "process:true", "--no-adapt"],
+                 "'--no-adapt' of `waymark localize robot`: it is one of `waymark localize log`"),
+                (["--map", "map", "--robot", "process:true", "--record-images", "jpeg"], "nothing is recorded. Add -o FILE.mcap."),
+                (["--map", "map", "--robot", "process:true", "--search-strips"], "every picture is searched wholly"),
+                (["--map", "map", "--robot", "process:true", "--method", "smoother"], "(--lag-s): a smoother of a running robot"),
+                (["robot", "--map", "map", "--robot", "limo"], "(--robot): there is no robot 'limo'"),
+                (["lap.mcap", "--map", "map", "--robot-file", "limo"],
+                 "'--robot-file' of `waymark localize log`: it is one of `waymark localize robot`"),
+                (["v4l2:/dev/video0", "--map", "map"], "(--camera): the calibration of the camera is not known"),
+                (["v4l2:/dev/video0", "v4l2:/dev/video1", "--map", "map"], "v4l2:/dev/video1"),
+                (["v4l2:/dev/video0", "--map", "map", "--start", "0", "0", "0"],
+                 "'--start' of `waymark localize camera`: it is one of `waymark localize log`")):
             outcome = self.run_here("localize", *words)
             self.assertEqual(outcome.code, 2, outcome.err)
             self.assertIn(sentence, outcome.err)
+
+    def test_a_line_chooses_what_is_localised(self):
+        (self.folder / "walk.mp4").write_bytes(b"")
+        put(self.folder, *LAP_OF_SQUARE)
+        (self.folder / "tags.csv").write_text("t_ns,camera,tag,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_y_px\n"
+                                              "1000,cam,0,10,20,30,20,30,40,10,40\n")
+        for line, verb in (
+                ("lap.mcap --map map", "log"), ("--map map", "log"), ("--json lap.mcap --map map", "log"), ("lap.mcap --robot limo --map map", "log"),
+                ("lap.mcap --map walk.mp4", "log"), ("lap.mcap --map map --camera camera.yaml", "log"), ("tags.csv --map map", "log"),
+                ("--start 1 2 3 lap.mcap --camera camera.yaml", "log"), ("--robot ros2:limo --map map", "robot"),
+                ("--robot=mbot: --map map", "robot"), ("--robot mbot: --camera-source v4l2:/dev/video0", "robot"),
+                ("v4l2:/dev/video0 --map map", "camera"), ("--json gstreamer:libcamerasrc --map map", "camera"), ("walk.mp4 --map map", "video"),
+                ("--json walk.mp4 --map map", "video"), ("tags.csv --map map --camera camera.yaml", "video"), ("log lap.mcap", "log"),
+                ("robot --map map", "robot"), ("camera --map map", "camera"), ("video tags.csv", "video")):
+            outcome = self.run_here("localize", *line.split(), "--help")
+            self.assertEqual(outcome.code, 0, f"{line}: {outcome.err}")
+            self.assertIn(f"Usage: waymark localize {verb} ", outcome.out, line)
 
     def test_a_robot_that_waits_for_its_commands(self):
         robot = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep"
@@ -128,9 +152,9 @@ class Camera(InFolder):
         self.assertIn("1 picture, the place known in 1", seen.err)
         self.assertLess(max(map(abs, seen.records[0]["pose"]["position_m"])), 0.05)
         self.assertEqual(len((self.folder / "walk.tum").read_text().splitlines()), 2, "a comment and a pose")
-        for flags, words in ((["--view"], "a robot or a camera that is there"), (["--method", "ekf"], "the tags of one picture"),
+        for flags, words in ((["--view"], "it is one of `waymark localize robot`"), (["--method", "ekf"], "it is one of `waymark localize log`"),
                              (["--camera-size", "x"], "is no size of a picture"), (["--camera-size", "640x360"], "does not scale to 640x360"),
-                             (["--set", "filter.gate=0.9"], "has no filter")):
+                             (["--set", "filter.gate=0.9"], "it is one of `waymark localize log`")):
             outcome = self.run_here(*asked, *flags)
             self.assertEqual(outcome.code, 2, outcome.err)
             self.assertIn(words, outcome.err)

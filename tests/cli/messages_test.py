@@ -24,12 +24,12 @@ class Messages(harness.InFolder):
         self.assertIn("unknown key 'nosuch'", outcome.err)
 
     def test_the_example_of_set_is_an_option_of_the_verb(self):
-        for verb in ("optimize", "localize", "detect", "replay"):
-            words = self.run_here(verb, "--help").out.split("--set SECTION.KEY=VALUE")[1].split()
+        for verb in ("optimize", "localize log", "detect", "replay"):
+            words = self.run_here(*verb.split(), "--help").out.split("--set SECTION.KEY=VALUE")[1].split()
             example = words[words.index("example") + 1]
             if verb == "replay":
                 self.assertTrue(example.startswith(("filter.", "camera.", "follower.")), example)
-            outcome = self.run_here(verb, "nothing-there", "--set", example)
+            outcome = self.run_here(*verb.split(), "nothing-there", "--set", example)
             self.assertNotIn("unknown", outcome.err, f"{verb} {example}")
 
     def test_a_map_that_is_missing_is_named_before_a_world_is_asked_for(self):

@@ -55,7 +55,7 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
 void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, const JobControl& control) {
   const Result<TeachSetup> setup = setup_of(recorded, {.anchor = given.anchor});
   if (!given.tag_size_m || !setup || *setup->sizes.default_size_m == *given.tag_size_m) return;
-  control.note(fmt::format("note: tags of {} m, as --tag-size-m says; the recording says {} m",
+  control.note(fmt::format("note: tags of {} m, as `tag_size_m` says; the recording says {} m",
                            *given.tag_size_m, *setup->sizes.default_size_m));
 }
 
@@ -81,14 +81,14 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, c
     return tl::unexpected(status.error());
   if (recorded->frames.empty())
     return fail(ErrorCode::NotFound, "there are no corners of tags in it", {.source = job.logs.front()},
-                "Map its tags first, and give the map with --map.");
+                "Map its tags first, and give the map with `map`.");
   const SensorTime first = recorded->frames.front().stamp;
   std::erase_if(recorded->frames, [&](const TagFrame& frame) {
     const double at_s = to_seconds(frame.stamp - first);
     return at_s < from_s || at_s > to_s;
   });
   if (recorded->frames.empty())
-    return fail(ErrorCode::InvalidArgument, "no frame with tags lies between --from and --to",
+    return fail(ErrorCode::InvalidArgument, "no frame with tags lies between `from` and `to`",
                 {.source = job.logs.front()}, "`waymark info` shows how long it is.");
   for (const Error& problem : recorded->setup.problems) control.note("warning: " + to_string(problem));
   SetupOverrides overrides = overrides_of(job, *recorded);
@@ -203,12 +203,12 @@ Error of_the_drive(ErrorCode code, std::string message, const CalibrateRobotJob&
 
 Status check_job(const CalibrateRobotJob& job) {
   if (job.drive.map.empty() && job.by == CalibrateRobotBy::Innovations)
-    return fail(ErrorCode::InvalidArgument, "innovations are about tags that are known", {.key = "--by"},
-                "Give their map with --map.");
+    return fail(ErrorCode::InvalidArgument, "innovations are about tags that are known", {.key = "by"},
+                "Give their map with `map`.");
   if (!(job.from_s < job.to_s))
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("nothing lies between --from {:g} s and --to {:g} s", job.from_s, job.to_s),
-                {.key = "--to"},
+                fmt::format("nothing lies between `from={:g}` s and `to={:g}` s", job.from_s, job.to_s),
+                {.key = "to"},
                 "The end comes after the beginning; both count from the start of the recording.");
   if (job.drive.output.empty()) return {};
   Status writable = check_output_file(job.drive.output);
@@ -234,7 +234,7 @@ Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const 
   const std::vector<Sample> samples = within(inputs->samples, job.from_s, job.to_s);
   if (samples.empty())
     return tl::unexpected(of_the_drive(ErrorCode::InvalidArgument,
-                                       "nothing was recorded between --from and --to", job,
+                                       "nothing was recorded between `from` and `to`", job,
                                        "`waymark info` shows how long it is."));
   int runs = 0;
   InnovationFitOptions options;
@@ -279,7 +279,7 @@ Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
         "the numbers that were found do not fit the drive better, its held-out third included, than those "
         "that were given: nothing was written",
         job,
-        "Record a longer drive at two speeds with turns to both sides. --tag-sigma-m and --point-sigma-m "
+        "Record a longer drive at two speeds with turns to both sides. `tag_sigma_m` and `point_sigma_m` "
         "say how good the map and the observations are."));
   if (tells_nothing(report.calibration))
     return tl::unexpected(of_the_drive(

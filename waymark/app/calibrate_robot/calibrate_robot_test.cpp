@@ -137,12 +137,12 @@ TEST(CalibrateRobot, AJobThatMakesNoSenseReadsNothing) {
   job.to_s = 5;
   const auto span = calibrate_robot(job, {});
   ASSERT_FALSE(span);
-  EXPECT_EQ(span.error().place.key, "--to");
+  EXPECT_EQ(span.error().place.key, "to");
   job.to_s = 6;
   job.by = CalibrateRobotBy::Innovations;
   const auto map = calibrate_robot(job, {});
   ASSERT_FALSE(map);
-  EXPECT_EQ(map.error().place.key, "--by");
+  EXPECT_EQ(map.error().place.key, "by");
   job.by = CalibrateRobotBy::Lap;
   job.drive.output = "/nowhere/calibration.yaml";
   const auto output = calibrate_robot(job, {});

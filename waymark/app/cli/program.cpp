@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <new>
 #include <regex>
@@ -276,6 +277,33 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
 bool has_word(const std::vector<std::string>& words, const std::string& flag) {
   return std::ranges::any_of(
       words, [&](const std::string& word) { return word == flag || word.starts_with(flag + "="); });
+}
+
+std::vector<std::string> inputs_of(const std::vector<std::string>& words, const std::vector<Verb>& verbs) {
+  std::map<std::string, int> most_values;
+  for (const Verb& verb : verbs) {
+    CLI::App app;
+    if (verb.prepare) static_cast<void>(verb.prepare(app));
+    for (const CLI::Option* option : app.get_options()) {
+      const int most = option->get_allow_extra_args() ? option->get_items_expected_max()
+                                                      : option->get_items_expected_min();
+      for (const std::string& name : option->get_lnames()) most_values["--" + name] = most;
+      for (const std::string& name : option->get_snames()) most_values["-" + name] = most;
+    }
+  }
+  std::vector<std::string> inputs;
+  int values = 0;  // that may follow
+  for (auto word = words.begin(); word != words.end(); ++word) {
+    if (*word == "--") return inputs.insert(inputs.end(), word + 1, words.end()), inputs;
+    const auto flag = most_values.find(word->substr(0, word->find('=')));
+    if (flag != most_values.end())
+      values = flag->first == *word ? flag->second : 0;
+    else if (values > 0)
+      --values;
+    else if (!word->starts_with('-'))
+      inputs.push_back(*word);
+  }
+  return inputs;
 }
 
 int run_program(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {

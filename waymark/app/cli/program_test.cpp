@@ -181,6 +181,17 @@ TEST(Program, ALineMayMeanTheVerbBesideTheOneItNames) {
       << "the other verbs of the program are not looked through";
 }
 
+TEST(Program, InputsAreNeitherFlagsNorTheirValues) {
+  const std::vector<Verb> verbs = {{.name = "show", .sentence = "", .help = "", .prepare = prepare_show},
+                                   {.name = "count", .sentence = "", .help = "", .prepare = prepare_count}};
+  using Words = std::vector<std::string>;
+  EXPECT_EQ(inputs_of({"a", "--up-to", "5", "b", "--word=c", "d"}, verbs), Words({"a", "b", "d"}));
+  EXPECT_EQ(inputs_of({"--careful", "a", "--no-careful", "b"}, verbs), Words({"a", "b"})) << "switches";
+  EXPECT_EQ(inputs_of({"--count", "-3", "a", "--unknown", "b"}, verbs), Words({"a", "b"}));
+  EXPECT_EQ(inputs_of({"--set", "some.count=1", "a", "--", "--up-to"}, verbs), Words({"a", "--up-to"}));
+  EXPECT_EQ(inputs_of({}, verbs), Words());
+}
+
 TEST(Program, HelpShowsTheFirstGroupAndCountsTheOthers) {
   for (const auto& words : {std::vector<std::string>{"show", "--help"}, {"show", "-h"}, {"help", "show"}}) {
     const Outcome outcome = run(words);

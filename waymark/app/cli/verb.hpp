@@ -33,6 +33,10 @@ struct Verb {
 /// Whether a flag is among the words: "--robot ros2:limo" or "--robot=ros2:limo".
 [[nodiscard]] bool has_word(const std::vector<std::string>& words, const std::string& flag);
 
+/// The words that are neither flags nor their values, by the flags of `verbs`.
+[[nodiscard]] std::vector<std::string> inputs_of(const std::vector<std::string>& words,
+                                                 const std::vector<Verb>& verbs);
+
 /// The `prepare` of a verb whose flags are members of Args: its constructor adds them to the verb.
 template <class Args>
 [[nodiscard]] std::function<Run(CLI::App&)> prepared(ExitCode (*run)(const Args&, Console&)) {
@@ -68,6 +72,10 @@ template <class Args>
 [[nodiscard]] Verb routes_verb();
 [[nodiscard]] Verb optimize_verb();
 [[nodiscard]] Verb localize_verb();
+[[nodiscard]] Verb localize_log_verb();
+[[nodiscard]] Verb localize_robot_verb();
+[[nodiscard]] Verb localize_camera_verb();
+[[nodiscard]] Verb localize_video_verb();
 [[nodiscard]] Verb report_verb();
 [[nodiscard]] Verb plot_verb();
 [[nodiscard]] Verb info_verb();

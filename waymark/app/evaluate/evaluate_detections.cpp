@@ -144,10 +144,9 @@ Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given) 
   if (Status usable = check_edges(job.edges); !usable) return usable;
   if (job.sources.empty() == job.detections.empty())
     return fail(ErrorCode::InvalidArgument,
-                "give either pictures to detect in, or --detections with what was detected");
+                "give either pictures to detect in, or `detections` with what was detected");
   FlagRefusals refused(given);
-  refused.flags(!job.detections.empty(), {"--recursive"}, kNothingDetected,
-                "Leave it out, or give pictures.");
+  refused.flags(!job.detections.empty(), {"recursive"}, kNothingDetected, "Leave it out, or give pictures.");
   return refused.status();
 }
 

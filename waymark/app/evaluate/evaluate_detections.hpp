@@ -18,7 +18,7 @@ struct EvaluateDetectionsJob {
   std::string truth{};                 ///< CSV
   std::vector<std::string> sources{};  ///< pictures to detect in …
   bool recursive = false;
-  std::string detections{};  ///< … or what `waymark detect --json` wrote; -: standard input
+  std::string detections{};  ///< … or the JSON output of detect; -: standard input
   ClassEdges edges{};
   MatchOptions matching{};
 
@@ -40,7 +40,7 @@ struct EvaluateDetectionsJob {
 /// Fails unless pictures are given or what was detected, on edges that make no sense, and on flags that have
 /// no effect.
 [[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given);
-inline constexpr const char* kNothingDetected = "with --detections nothing is detected";
+inline constexpr const char* kNothingDetected = "with `detections` nothing is detected";
 
 struct EvaluateDetectionsReport {
   std::optional<DetectionScores> scores{};  ///< nothing: see error
@@ -55,7 +55,7 @@ struct EvaluateDetectionsReport {
                                                                    const TagFinder& finder,
                                                                    const JobControl& control);
 
-/// The contract of `waymark evaluate detections --json`.
+/// The JSON output of evaluate detections (docs/reference/cli.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const DetectionScores& scores);
 
 /// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the

@@ -39,7 +39,7 @@ Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
 
 ExitCode evaluate_found(const EvaluateArgs& args, Console& console) {
   const auto job = job_of(args);
-  if (!job) return console.failed(job.error(), ExitCode::Usage);
+  if (!job) return fail_usage(job.error(), console);
   TagFinder finder;
   if (!job->sources.empty()) {
     auto made = args.detector.make();

@@ -59,7 +59,7 @@ void tell_of_frames(const TrajectoryRow& row, const EvaluationInputs& inputs, co
   const auto aligned = score_trajectory(pairs, AlignmentKind::Se2, report.options);
   if (!aligned || aligned->ate_m.rmse > kMostOfIt * row.scores->ate_m.rmse) return;
   control.note(
-      fmt::format("aligned (--alignment se2) the ATE is {:.4f} m: where EST and REF stand in different "
+      fmt::format("aligned (`alignment=se2`) the ATE is {:.4f} m: where EST and REF stand in different "
                   "frames, as where a "
                   "map begins where its lap did, that is the error",
                   aligned->ate_m.rmse));
@@ -97,7 +97,7 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
   const std::optional<StampedPose> start = common_start(estimate, wheels);
   if (!start)
     return fail(ErrorCode::InvalidArgument, "the odometry does not cover the time at which EST begins",
-                {.key = "--odometry"}, "Give a recording of the same drive, on the same clock.");
+                {.key = "odometry"}, "Give a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
     EstimatedTrajectory placed = within(placed_at(*trajectory, *start), start->stamp, estimate.back().stamp);
@@ -151,10 +151,10 @@ Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job, const
 Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference, const GivenFlags& given) {
   const bool known = reference != nullptr;
   FlagRefusals refused(given);
-  refused.flags(job.figures.empty(), {"--map"}, "no figure is drawn", "Add --figures, or leave it out.");
-  refused.flags(known && reference->timed.empty(), {"--alignment", "--time-offset-s"},
+  refused.flags(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or leave it out.");
+  refused.flags(known && reference->timed.empty(), {"alignment", "time_offset_s"},
                 "of REF only the path is known, and no times", "Leave it out.");
-  refused.flags(known && !reference->timed.empty(), {"--closed"},
+  refused.flags(known && !reference->timed.empty(), {"closed"},
                 "REF says when the robot was where: a loop needs no closing", "Leave it out.");
   return refused.status();
 }
@@ -171,7 +171,7 @@ Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, c
   EstimatedTrajectory chosen =
       within(inputs.estimate, begin + duration_of(job.from_s), begin + duration_of(job.to_s));
   if (chosen.empty())
-    return fail(ErrorCode::NotFound, "no estimate between --from and --to", {.source = job.estimate},
+    return fail(ErrorCode::NotFound, "no estimate between `from` and `to`", {.source = job.estimate},
                 fmt::format("It lasts {:.1f} s.", to_seconds(inputs.estimate.back().stamp - begin)));
   if (const auto when = knowable(inputs)) {
     const SensorTime from = std::max(when->first, job.from_s > 0 ? chosen.front().stamp : when->first);
@@ -387,7 +387,7 @@ std::vector<std::string> doubts_about(const TrajectoryReport& report, const Refe
   if (report.alignment == AlignmentKind::None && rmse_m > std::max(kLeast, kShare * spread_of(reference)))
     all.push_back(
         fmt::format("EST is {:.1f} m from REF, as far as REF itself reaches: are both of the same place, in "
-                    "the same map? --alignment se2 compares their shapes",
+                    "the same map? `alignment=se2` compares their shapes",
                     rmse_m));
   return all;
 }

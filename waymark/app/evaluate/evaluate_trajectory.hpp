@@ -107,7 +107,7 @@ struct EvaluationInputs {
 [[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
 [[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
 
-/// The contract of `waymark evaluate --json` (docs/reference/cli.md). What is not known is null.
+/// The JSON output of evaluate (docs/reference/cli.md). What is not known is null.
 [[nodiscard]] nlohmann::ordered_json to_json(const TrajectoryReport& report);
 
 /// Fails on flags that have no effect on what is compared; `reference`: once it is known.

@@ -73,7 +73,7 @@ TEST_F(EvaluateTrajectoryFiles, OnlyAnAlignmentForgivesAnotherFrame) {
   const auto plain = evaluated(job_, control);
   ASSERT_TRUE(plain);
   EXPECT_GT(plain->rows.front().scores->ate_m.rmse, 2);
-  EXPECT_THAT(notes, HasSubstr("aligned (--alignment se2) the ATE is 0.0000 m"));
+  EXPECT_THAT(notes, HasSubstr("aligned (`alignment=se2`) the ATE is 0.0000 m"));
   notes.clear();
   job_.alignment = "se2";
   const auto aligned = evaluated(job_, control);
@@ -368,7 +368,7 @@ TEST(Doubts, HardlyAMomentInCommonIsSaid) {
 TEST(Doubts, AsFarAsTheReferenceReachesIsAnotherPlace) {
   const auto doubts = doubts_about(report_of(5, 90, 100), square_reference(4));
   ASSERT_EQ(doubts.size(), 1U);
-  EXPECT_THAT(doubts[0], HasSubstr("--alignment se2"));
+  EXPECT_THAT(doubts[0], HasSubstr("`alignment=se2`"));
   TrajectoryReport aligned = report_of(5, 90, 100);
   aligned.alignment = AlignmentKind::Se2;
   EXPECT_THAT(doubts_about(aligned, square_reference(4)), IsEmpty()) << "their shapes were compared";

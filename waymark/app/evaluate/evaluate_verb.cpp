@@ -30,14 +30,14 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   const GivenFlags given = given_on(args.settings.app());
   Status usable = check_effects(job, nullptr, given);
   if (usable) usable = args.scoring.apply(job.scoring);
-  if (!usable) return console.failed(usable.error(), ExitCode::Usage);
+  if (!usable) return fail_usage(usable.error(), console);
   const JobControl control = control_from(console);
   const Result<EvaluationInputs> inputs = read_evaluation(job, control);
   if (!inputs) return console.failed(inputs.error(), ExitCode::SomeFailed);
   if (usable = check_effects(job, &inputs->reference, given); !usable)
-    return console.failed(usable.error(), ExitCode::Usage);
+    return fail_usage(usable.error(), console);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
     console.say("warning: " + doubt);

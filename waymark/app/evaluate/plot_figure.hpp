@@ -33,7 +33,7 @@ struct PlotReport {
 };
 
 /// Draws the figure, or lists the figures of the runs. Fails on a file that is there, and on a figure that
-/// the runs do not have (NotFound at --figure, with the nearest name).
+/// the runs do not have (NotFound at `figure`, with the nearest name).
 [[nodiscard]] Result<PlotReport> plot_figure(const PlotJob& job, const JobControl& control);
 
 /// A line each.

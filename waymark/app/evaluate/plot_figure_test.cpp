@@ -61,7 +61,7 @@ TEST_F(PlotFigure, MistakesAreNamedAndNothingIsWritten) {
   const auto unknown = plot_figure(job_of(name + "x", "figure.svg"), {});
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().code, ErrorCode::NotFound);
-  EXPECT_EQ(unknown.error().place.key, "--figure");
+  EXPECT_EQ(unknown.error().place.key, "figure");
   EXPECT_THAT(unknown.error().hint, HasSubstr(name));
   EXPECT_FALSE(plot_figure(job_of("", "figure.svg"), {})) << "an output, and no figure";
   PlotJob forced = job_of("");

@@ -579,14 +579,14 @@ Status check_output(const fs::path& output, bool force) {
   const std::string suffix = output.extension().string();
   if (suffix != ".html" && suffix != ".htm")
     return fail(ErrorCode::InvalidArgument, "a report is a page: its name ends with .html",
-                {.source = output.string(), .key = "--output"});
+                {.source = output.string(), .key = "output"});
   std::error_code ignored;
   if (!force && fs::is_regular_file(output, ignored)) {
     std::string head(4096, '\0');
     std::ifstream(output, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
     if (head.find(plot::kPageMark) == std::string::npos)
       return fail(ErrorCode::Unwritable, "there is a page already that no `waymark report` wrote",
-                  {.source = output.string()}, "Give another name with -o, or --force to replace it.");
+                  {.source = output.string()}, "Give another name with `output`, or `force` to replace it.");
   }
   return check_output_file(output);
 }

@@ -25,7 +25,7 @@ struct Demo {
   Demo() {
     EXPECT_TRUE(map_recording({.lap = lap, .folder = folder / "map"}, {}));
     const LocalizeJob job{
-        .logs = {lap}, .map = (folder / "map").string(), .output = estimate, .adapt = false};
+        .logs = {lap}, .map = (folder / "map").string(), .output = estimate, .no_adapt = true};
     const auto inputs = read_localize_inputs(job, {});
     EXPECT_TRUE(inputs);
     EXPECT_TRUE(localize(job, *inputs, {}));

@@ -222,6 +222,13 @@ ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment) {
   return message;
 }
 
+Result<DescribedCamera> read_given_camera(const CameraDescription& camera) {
+  if (camera.file.empty())
+    return fail(ErrorCode::InvalidArgument, "the calibration of the camera is not known", {.key = "camera"},
+                "`waymark calibrate camera` makes one.");
+  return read_camera(camera);
+}
+
 Status check_tag_poses(const TagMap& map, const std::string& source) {
   if (!map.tags.empty()) return {};
   return fail(ErrorCode::InvalidArgument,

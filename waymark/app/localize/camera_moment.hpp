@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/app/common/camera_description.hpp"
 #include "waymark/base/time.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/geometry/se3.hpp"
@@ -85,6 +86,9 @@ struct CameraMoments {
 
 /// As it is recorded and published. The moment has a pose.
 [[nodiscard]] ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment);
+
+/// The camera of a job without a robot. Fails where no file is given.
+[[nodiscard]] Result<DescribedCamera> read_given_camera(const CameraDescription& camera);
 
 /// Fails on a map that has points only.
 [[nodiscard]] Status check_tag_poses(const TagMap& map, const std::string& source);

@@ -173,7 +173,7 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (corners && !inputs.setup.sensor.camera)
     return fail(ErrorCode::NotFound,
                 "nobody says what the camera is like: not the recording, not the map's folder",
-                {.source = job.logs.front()}, "Give --robot with a file that has a camera.");
+                {.source = job.logs.front()}, "Give `robot` with a file that has a camera.");
   if (corners && job.robot.empty() && !inputs.recorded.base_T_cam && inputs.recorded.chosen.mounting_error) {
     Error error = *inputs.recorded.chosen.mounting_error;
     error.message = "the recording does not say where the camera sits: " + error.message;
@@ -190,10 +190,10 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
 Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   LocalizeInputs inputs;
   if (!std::ranges::all_of(job.start, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "--start"},
+    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "start"},
                 "Give x y in metres and yaw in degrees.");
   if (!std::ranges::all_of(job.sensor_pose, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "--sensor-pose"},
+    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "sensor_pose"},
                 "Give x y in metres and yaw in degrees.");
   inputs.setup.filter = job.filter;
   inputs.setup.anchor = job.anchor;
@@ -206,7 +206,7 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
       inputs.setup.tags.tags, [&](const auto& tag) { return tag.second.size_m == job.tag_size_m; });
   if (job.tag_size_m && (sizes_known || map->format == "waymark"))
     inputs.warnings.emplace_back(
-        "--tag-size-m is not used: the map says itself how large its tags are, or has points only");
+        "`tag_size_m` is not used: the map says itself how large its tags are, or has points only");
   return inputs;
 }
 
@@ -238,7 +238,18 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const RobotD
   return inputs;
 }
 
+Status check_job(const LocalizeJob& job) {
+  if (job.logs.empty())
+    return fail(ErrorCode::InvalidArgument, "there is nothing to localise", {},
+                "Name a recording, or a robot that is there: `robot=ros2:limo`.");
+  if (job.no_adapt && job.method == LocalizationKind::Anchor)
+    return fail(ErrorCode::InvalidArgument, "the method anchor has no filter", {.key = "no_adapt"},
+                "Leave it out, or choose another `method`.");
+  return {};
+}
+
 Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control) {
+  if (Status sound = check_job(job); !sound) return tl::unexpected(sound.error());
   Result<LocalizeInputs> read = read_map_of(job);
   if (!read) return read;
   LocalizeInputs& inputs = *read;
@@ -256,7 +267,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
         SE3(body_R_optical(), inputs.setup.sensor.base_T_sensor.translation());
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
-        "nobody says where the camera sits: taken as above the middle of the base (--robot says more)");
+        "nobody says where the camera sits: taken as above the middle of the base (`robot` says more)");
   }
   const bool ranges = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<RangeBearing>(s); });
@@ -264,7 +275,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
         "nobody says where the sensor sits that measures ranges: taken as the middle of the base "
-        "(--sensor-pose says more)");
+        "(`sensor_pose` says more)");
   }
   std::ranges::stable_sort(inputs.samples, {}, stamp_of);
   return read;
@@ -392,15 +403,15 @@ bool is_camera_latency(const FirstRun& first) {
 std::string words_of_latency(double found_s, double given_s) {
   return fmt::format(
       "the camera latency is {:.3f} s by the innovations, not {:.3f} s: {:.3f} s is used. Set it with "
-      "--camera-latency-s, or run `waymark calibrate robot` and give the result with --calibration "
-      "(--no-adapt keeps what is given)",
+      "`camera_latency_s`, or run `waymark calibrate robot` and give the result with `calibration` "
+      "(`no_adapt` keeps what is given)",
       found_s, given_s, found_s);
 }
 
 std::string words_of(const NoiseFit& fit) {
   return fmt::format(
       "noise estimated from the recording: of distances {:.2g} times, of headings {:.2g} times and of "
-      "observations {:.2g} times what is assumed, tags within {:.3g} m (--no-adapt keeps what is assumed)",
+      "observations {:.2g} times what is assumed, tags within {:.3g} m (`no_adapt` keeps what is assumed)",
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
 }
 
@@ -438,18 +449,19 @@ void start_localizer(const LocalizeJob& job, Localizer& localizer) {
 Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                 const JobControl& control) {
   const Stopwatch watch;
-  if (Status status = check_localize_output(job); !status) return tl::unexpected(status.error());
+  if (Status status = check_localize_output(job.output); !status) return tl::unexpected(status.error());
   LocalizerSetup setup = inputs.setup;
   FirstRun first =
       setup.method == LocalizationKind::Anchor ? FirstRun{} : first_run(setup, inputs.samples, control);
   const std::vector<std::string> adapted =
-      job.adapt ? adapt(inputs.samples, setup, first, control) : std::vector<std::string>{};
+      job.no_adapt ? std::vector<std::string>{} : adapt(inputs.samples, setup, first, control);
   Result<Localizer> localizer = Localizer::make(setup);
   if (!localizer) return tl::unexpected(localizer.error());
   if (first.suspect && localizer->filter() != nullptr) localizer->filter()->tracker().suspect(*first.suspect);
   start_localizer(job, *localizer);
-  Result<LocalizeOutput> output =
-      LocalizeOutput::open(job, setup, {.name = std::filesystem::path(job.logs.front()).filename().string()});
+  Result<LocalizeOutput> output = LocalizeOutput::open(
+      job.output, setup,
+      {.name = std::filesystem::path(job.logs.front()).filename().string(), .map = job.map});
   if (!output) return tl::unexpected(output.error());
   const bool hindsight = job.method == LocalizationKind::Smoother && job.filter.lag_s <= 0;
   const Status status = run(*localizer, inputs, hindsight, control, *output);
@@ -471,7 +483,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   return report;
 }
 
-nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& report) {
+nlohmann::ordered_json to_json(LocalizationKind method, const LocalizeReport& report) {
   using Json = nlohmann::ordered_json;
   Json last = nullptr;
   if (report.last)
@@ -479,7 +491,7 @@ nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& rep
             {"y_m", report.last->map_T_base.y()},
             {"yaw_rad", report.last->map_T_base.yaw()},
             {"certain", report.last->certain}};
-  return {{"method", to_string(job.method)},
+  return {{"method", to_string(method)},
           {"estimates", report.estimates},
           {"certain", report.certain},
           {"first_fix_s", report.first_fix_s ? Json(*report.first_fix_s) : Json(nullptr)},
@@ -518,15 +530,12 @@ std::vector<std::string> doubts_about(const LocalizeReport& report) {
   if (report.certain == 0) doubts.emplace_back("never knew where it is");
   if (report.lasting_nis.value_or(0) > 4)
     doubts.emplace_back(
-        "see --sensor-pose, `waymark calibrate robot`, --tag-sigma-m and --mounting-sigma-rad: what is known "
-        "about "
-        "the robot and the map, and how well");
+        "see `sensor_pose`, `waymark calibrate robot`, `tag_sigma_m` and `mounting_sigma_rad`: what is known "
+        "about the robot and the map, and how well");
   if (report.compared > 0 && 10 * report.accepted < report.compared)
     doubts.emplace_back(
         "warning: hardly any observation agrees with the map: is it the map of this place, and the camera of "
-        "this "
-        "robot "
-        "(--robot, --calibration)?");
+        "this robot (`robot`, `calibration`)?");
   return doubts;
 }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/localize/localize_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/pipeline/localizer.hpp"
@@ -14,14 +15,13 @@
 #include "waymark/samples/calibration.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
-/// `waymark localize`: what it reads, and what it writes.
 namespace waymark {
 
-/// Where things come from, as the command line says.
+/// `waymark localize log`: where a robot was, by a recording of a drive and a map of the tags.
 struct LocalizeJob {
   std::vector<std::string> logs{};
   std::string map{};
-  std::string robot{};        ///< file or name; empty: what the recording or the map's folder says
+  std::string robot{};        ///< file or name; empty: what the recording or the map's folder has
   std::string calibration{};  ///< calibration.yaml; empty: none
   std::string output{};       ///< recording or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
@@ -29,51 +29,49 @@ struct LocalizeJob {
   std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
   std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
   LocalizationKind method = LocalizationKind::Riekf;
-  double map_sigma_m = 0.01;  ///< of tags of a map that says of none how well it knows it; calibration by lap
-  bool adapt =
-      true;  ///< noise of motion and observations from the recording, where what is assumed does not fit
+  double map_sigma_m = 0.01;  ///< of tags of a map without covariances; for a calibration by lap
+  /// Else the noise of motion and observations is found from the recording, where the assumed does not fit.
+  bool no_adapt = false;
   RiekfOptions filter{};
   AnchorOptions anchor{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.logs, JobField("logs LOG",
-                              "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables; or a video; "
-                              "or a live camera: v4l2:/dev/video0. None with --robot KIND:ADDRESS")
-                         .input());
-    visit(self.map, JobField("map FILE",
-                             "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics "
-                             "Academy, CSV with id, x, y, or a field layout of WPILib or Limelight")
-                        .required());
+    visit(self.logs,
+          JobField("logs LOG", "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables").input());
+    visit(self.map, localize_fields::map());
     visit(self.robot,
           JobField("robot NAME",
-                   "Robot to localise while somebody else drives it, KIND:ADDRESS as `waymark teach` has it "
-                   "(ros2:limo, mbot:); or of a recording its camera and mounting: a robot's file, or a "
-                   "name. Unless given: the recording's, or those of robot.yaml beside the map"));
+                   "Camera of the robot and its mounting: a robot's file, or a name. Unless given: "
+                   "the recording's, or those of robot.yaml beside the map"));
     CameraChoice::fields(self.frames, visit);
-    visit(self.calibration, JobField("calibration FILE", "Calibration of this robot (calibration.yaml)"));
+    visit(self.calibration, localize_fields::calibration());
     visit(self.output, JobField("output FILE",
                                 "Record the estimates (.mcap), or write the certain ones as poses, one a "
                                 "line (.txt, .tum: TUM)"));
-    visit(self.tag_size_m,
-          JobField("tag_size_m NUMBER", "Tag size where the map has none (0.24 for the Academy's)"));
+    visit(self.tag_size_m, localize_fields::tag_size_m());
     visit(self.sensor_pose,
           JobField("sensor_pose NUMBER", "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
               .parts(3));
-    visit(self.start,
-          JobField("start NUMBER", "Initial pose of the robot, if it is known: x y [m], yaw [deg]").parts(3));
+    visit(self.start, localize_fields::start());
+    visit(self.no_adapt, JobField("no_adapt",
+                                  "Keep the assumed noise instead of estimating the noise of motion and "
+                                  "observations from the recording"));
   }
 };
+
+/// Fails on a job that names no recording, or whose values contradict each other.
+[[nodiscard]] Status check_job(const LocalizeJob& job);
 
 /// Everything that was read.
 struct LocalizeInputs {
   LocalizerSetup setup{};
   std::vector<Sample> samples{};  ///< in order of their stamps
   std::vector<std::string> warnings{};
-  RecordingSetup recorded{};  ///< what the recording itself says of the camera
+  RecordingSetup recorded{};  ///< what the recording itself holds about the camera
   std::size_t observations = 0;
-  bool mounting_guessed = false;  ///< nobody says where the sensor sits
-  bool planar_sensor = false;     ///< --sensor-pose: x ahead, y left; else the axes are a camera's
+  bool mounting_guessed = false;  ///< it is not known where the sensor sits
+  bool planar_sensor = false;     ///< `sensor_pose`: x ahead, y left; else the axes are a camera's
 };
 
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control);
@@ -84,7 +82,7 @@ struct LocalizeInputs {
                                                           const RobotDescription& robot,
                                                           const std::string& robot_yaml);
 
-/// Lets the localizer start where the job says, if it does.
+/// Lets the localizer start at `start`, if the job has one.
 void start_localizer(const LocalizeJob& job, Localizer& localizer);
 
 /// The numbers of a calibration that the filters are told.
@@ -109,9 +107,10 @@ struct LocalizeReport {
 /// /waymark/nis.
 [[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                               const JobControl& control);
-[[nodiscard]] nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& report);
+/// The JSON output of localize (docs/reference/cli.md).
+[[nodiscard]] nlohmann::ordered_json to_json(LocalizationKind method, const LocalizeReport& report);
 
-/// What `waymark localize` prints: estimates, observations, where the robot was last.
+/// What is printed: estimates, observations, where the robot was last.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);
 /// What the report gives reason to doubt, and what to do about it.
 [[nodiscard]] std::vector<std::string> doubts_about(const LocalizeReport& report);

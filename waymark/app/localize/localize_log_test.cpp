@@ -78,7 +78,7 @@ TEST(LocalizeInputsOf, TheFileBesideTheMapHelpsARecordingThatDoesNotKnow) {
   job.map = alone.string();
   const auto nobody = read_localize_inputs(job, {});
   ASSERT_FALSE(nobody);
-  EXPECT_THAT(nobody.error().hint, HasSubstr("--robot"));
+  EXPECT_THAT(nobody.error().hint, HasSubstr("`robot`"));
 }
 
 TEST(LocalizeInputsOf, ACalibrationCountsMoreThanBoth) {
@@ -109,7 +109,7 @@ TEST(LocalizeInputsOf, SamplesOfAllFilesAreInOrderAndCounted) {
   EXPECT_TRUE(std::ranges::is_sorted(inputs->samples, {}, stamp_of));
   EXPECT_EQ(inputs->observations, alone + 2);
   EXPECT_TRUE(inputs->mounting_guessed);
-  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("--sensor-pose")));
+  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("`sensor_pose`")));
   job.sensor_pose = {0.5, 0, 90};
   const auto placed = read_localize_inputs(job, {});
   ASSERT_TRUE(placed);
@@ -134,14 +134,14 @@ TEST(LocalizeInputsOf, ASizeThatTheMapKnowsItselfIsNotUsedAndThatIsSaid) {
   job.tag_size_m = 0.5;
   const auto inputs = read_localize_inputs(job, {});
   ASSERT_TRUE(inputs);
-  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("--tag-size-m is not used")));
+  EXPECT_THAT(inputs->warnings, Contains(HasSubstr("`tag_size_m` is not used")));
 }
 
 TEST(LocalizeLogOutput, WhatItWasMadeWithIsWrittenIntoTheRecording) {
   LocalizeJob job = input_files().job();
   job.output = (input_files().folder / "out.mcap").string();
   job.filter.corner_sigma_px = 0.77;
-  job.adapt = false;
+  job.no_adapt = true;
   fs::remove(job.output);
   const auto inputs = read_localize_inputs(job, {});
   ASSERT_TRUE(inputs);
@@ -239,11 +239,18 @@ TEST(LocalizeLog, WhatCannotWorkIsSaidBeforeAnythingRuns) {
   EXPECT_EQ(twice.error().code, ErrorCode::InvalidArgument) << "one drive has one odometry";
   EXPECT_FALSE(localized({.logs = {scene().lap}, .map = "/nowhere/map.yaml"}));
   EXPECT_FALSE(localized({.logs = {"/nowhere/lap.mcap"}, .map = scene().map}));
+  const auto nothing = localized({.map = scene().map});
+  ASSERT_FALSE(nothing);
+  EXPECT_THAT(nothing.error().message, HasSubstr("nothing to localise"));
+  const auto unused = localized(
+      {.logs = {scene().lap}, .map = scene().map, .method = LocalizationKind::Anchor, .no_adapt = true});
+  ASSERT_FALSE(unused);
+  EXPECT_EQ(unused.error().place.key, "no_adapt") << "the method anchor has no noise to adapt";
   LocalizeJob nowhere{.logs = {scene().lap}, .map = scene().map};
   nowhere.start = {std::nan(""), 0, 0};
   const auto start = localized(nowhere);
   ASSERT_FALSE(start);
-  EXPECT_EQ(start.error().place.key, "--start");
+  EXPECT_EQ(start.error().place.key, "start");
 }
 
 }  // namespace

@@ -19,16 +19,14 @@ namespace {
 
 constexpr const char* kYaml = "application/yaml";
 
-std::string extension_of(const LocalizeJob& job) {
-  return std::filesystem::path(job.output).extension().string();
-}
+std::string ending_of(const std::string& path) { return std::filesystem::path(path).extension().string(); }
 
 /// Poses alone, as a text.
-bool writes_tum(const LocalizeJob& job) { return extension_of(job) == ".txt" || extension_of(job) == ".tum"; }
+bool writes_tum(const std::string& path) { return ending_of(path) == ".txt" || ending_of(path) == ".tum"; }
 
-Result<SampleRecorder> open_recording(const LocalizeJob& job, const LocalizerSetup& setup,
+Result<SampleRecorder> open_recording(const std::string& path, const LocalizerSetup& setup,
                                       const LocalizeSource& source) {
-  auto file = create_file(job.output);
+  auto file = create_file(path);
   if (!file) return tl::unexpected(file.error());
   Result<SampleRecorder> recorder =
       SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
@@ -36,9 +34,9 @@ Result<SampleRecorder> open_recording(const LocalizeJob& job, const LocalizerSet
   Status status = recorder->add_metadata(lap_facts::kMetadata,
                                          {{"verb", "localize"},
                                           {"version", WAYMARK_VERSION},
-                                          {"method", std::string(to_string(job.method))},
+                                          {"method", std::string(to_string(setup.method))},
                                           {"source", source.name},
-                                          {"map", std::filesystem::path(job.map).filename().string()}});
+                                          {"map", std::filesystem::path(source.map).filename().string()}});
   if (status)
     status = recorder->add_attachment("options.yaml", kYaml, {}, "filter:\n" + write_fields(setup.filter, 2));
   if (status && !source.robot_yaml.empty())
@@ -50,26 +48,32 @@ Result<SampleRecorder> open_recording(const LocalizeJob& job, const LocalizerSet
 
 }  // namespace
 
-Status check_localize_output(const LocalizeJob& job) {
+Status check_localize_output(const std::string& output) {
   std::error_code ignored;
-  if (writes_tum(job) && std::filesystem::is_regular_file(job.output, ignored))
-    return fail(ErrorCode::Unwritable, "stands there already: not written over", {.source = job.output},
+  if (writes_tum(output) && std::filesystem::is_regular_file(output, ignored))
+    return fail(ErrorCode::Unwritable, "stands there already: not written over", {.source = output},
                 "Give another name, or remove it.");
-  if (writes_tum(job)) return check_output_file(job.output);
-  if (job.output.empty() || extension_of(job) == ".mcap") return {};
+  if (writes_tum(output)) return check_output_file(output);
+  if (output.empty() || ending_of(output) == ".mcap") return {};
   return fail(
       ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
-      {.source = job.output, .key = "--output"},
+      {.source = output, .key = "output"},
       "End it with .mcap (a recording: poses with covariances, observations, odometry) or with .txt or .tum "
       "(poses, one a line).");
 }
 
-Result<LocalizeOutput> LocalizeOutput::open(const LocalizeJob& job, const LocalizerSetup& setup,
+Status check_recorded_images(const std::string& images, const std::string& output) {
+  if (images.empty() || !output.empty()) return {};
+  return fail(ErrorCode::InvalidArgument, "nothing is recorded", {.key = "record_images"},
+              "Add `output=FILE.mcap`.");
+}
+
+Result<LocalizeOutput> LocalizeOutput::open(const std::string& path, const LocalizerSetup& setup,
                                             const LocalizeSource& source) {
-  if (Status status = check_localize_output(job); !status) return tl::unexpected(status.error());
-  LocalizeOutput output(writes_tum(job) ? job.output : std::string(), source);
-  if (job.output.empty() || writes_tum(job)) return output;
-  Result<SampleRecorder> recorder = open_recording(job, setup, source);
+  if (Status status = check_localize_output(path); !status) return tl::unexpected(status.error());
+  LocalizeOutput output(writes_tum(path) ? path : std::string(), source);
+  if (path.empty() || writes_tum(path)) return output;
+  Result<SampleRecorder> recorder = open_recording(path, setup, source);
   if (!recorder) return tl::unexpected(recorder.error());
   output.recorder_.emplace(std::move(*recorder));
   return output;

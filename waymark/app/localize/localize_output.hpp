@@ -13,6 +13,7 @@ namespace waymark {
 /// Where samples come from that are localised, for what is written.
 struct LocalizeSource {
   std::string name{};                    ///< in the metadata
+  std::string map{};                     ///< file or folder, whose name is in the metadata
   bool live = false;                     ///< every sample is recorded, and what the recording is made with
   std::string images{};                  ///< with `live`: how pictures are recorded (record_picture())
   std::string robot_yaml{};              ///< with `live`: of the robot
@@ -21,14 +22,17 @@ struct LocalizeSource {
 
 /// Fails on an output whose name says nothing of what it should hold, and on poses that would be written over
 /// a file.
-[[nodiscard]] Status check_localize_output(const LocalizeJob& job);
+[[nodiscard]] Status check_localize_output(const std::string& output);
 
-/// What a run of the localizer says, as it is reported and written.
+/// Fails on pictures that are to be recorded where nothing is recorded. `images`: raw, jpeg; empty: none.
+[[nodiscard]] Status check_recorded_images(const std::string& images, const std::string& output);
+
+/// The estimates of a run of the localizer, as they are reported and written.
 class LocalizeOutput {
  public:
-  /// Opens the output of the job, if it has one. Fails on a name that says nothing of what it should hold,
+  /// Opens the output; an empty one is none. Fails on a name that says nothing of what it should hold,
   /// and on a file that is there or cannot be written.
-  [[nodiscard]] static Result<LocalizeOutput> open(const LocalizeJob& job, const LocalizerSetup& setup,
+  [[nodiscard]] static Result<LocalizeOutput> open(const std::string& path, const LocalizerSetup& setup,
                                                    const LocalizeSource& source);
 
   Status on_sample(const Sample& sample);

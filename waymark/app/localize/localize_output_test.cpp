@@ -32,12 +32,13 @@ LocalizationEstimate estimate(int ms, double x_m, bool certain = true) {
 
 class Output : public ::testing::Test {
  protected:
-  Result<LocalizeOutput> open(const std::string& name, const LocalizeSource& source = {.name = "lap.mcap"}) {
-    job_.output = name.empty() ? "" : (folder_ / name).string();
-    return LocalizeOutput::open(job_, {}, source);
+  Result<LocalizeOutput> open(const std::string& name, const LocalizeSource& source = {
+                                                           .name = "lap.mcap", .map = "somewhere/map.yaml"}) {
+    path_ = name.empty() ? "" : (folder_ / name).string();
+    return LocalizeOutput::open(path_, {}, source);
   }
   fs::path folder_ = testing::fresh_folder("jobs_output");
-  LocalizeJob job_{.map = "somewhere/map.yaml"};
+  std::string path_{};
 };
 
 TEST_F(Output, CertainPosesAreWrittenAndGuessesAreCounted) {
@@ -58,7 +59,7 @@ TEST_F(Output, CertainPosesAreWrittenAndGuessesAreCounted) {
   EXPECT_NEAR(*report->first_fix_s, 1.5, 1e-9);
   EXPECT_NEAR(report->duration_s, 3, 1e-9);
   EXPECT_EQ(report->last->map_T_base.x(), 2);
-  const auto poses = read_trajectory(job_.output);
+  const auto poses = read_trajectory(path_);
   ASSERT_TRUE(poses) << to_string(poses.error());
   ASSERT_EQ(poses->size(), 2U);
   EXPECT_EQ((*poses)[0].stamp, at_ms(2500));
@@ -90,14 +91,14 @@ TEST_F(Output, ARecordingHoldsEstimatesGuessesAndComparisons) {
   EXPECT_EQ(report->compared, 2U);
   EXPECT_EQ(report->accepted, 1U);
   EXPECT_NEAR(report->nis_mean, 0.5, 1e-12) << "of those accepted, over their degrees of freedom";
-  const auto poses = read_estimate(job_.output, "");
+  const auto poses = read_estimate(path_, "");
   ASSERT_TRUE(poses) << to_string(poses.error());
   EXPECT_EQ(poses->size(), 1U);
-  const auto nis = read_nis(job_.output, at_ms(0), at_ms(9000));
+  const auto nis = read_nis(path_, at_ms(0), at_ms(9000));
   ASSERT_TRUE(nis);
   EXPECT_NEAR(nis->mean, 0.5, 1e-3);
   EXPECT_EQ(nis->rejected, 1U);
-  EXPECT_EQ(count_uncertain(job_.output, at_ms(0), at_ms(9000)), 1U);
+  EXPECT_EQ(count_uncertain(path_, at_ms(0), at_ms(9000)), 1U);
 }
 
 TEST_F(Output, WhatCannotBeWrittenIsSaidAtTheStart) {
@@ -108,12 +109,18 @@ TEST_F(Output, WhatCannotBeWrittenIsSaidAtTheStart) {
   EXPECT_EQ(test::file_text(folder_ / "there.txt"), "older");
   const auto nameless = open("estimate.bin");
   ASSERT_FALSE(nameless);
-  EXPECT_EQ(nameless.error().place.key, "--output");
-  job_.output = "/nowhere/poses.txt";
-  EXPECT_FALSE(check_localize_output(job_));
-  job_.output.clear();
-  EXPECT_TRUE(check_localize_output(job_)) << "no output is asked for";
+  EXPECT_EQ(nameless.error().place.key, "output");
+  EXPECT_FALSE(check_localize_output("/nowhere/poses.txt"));
+  EXPECT_TRUE(check_localize_output("")) << "no output is asked for";
   EXPECT_TRUE(open(""));
+}
+
+TEST(RecordedImages, NeedARecording) {
+  EXPECT_TRUE(check_recorded_images("", ""));
+  EXPECT_TRUE(check_recorded_images("jpeg", "live.mcap"));
+  const Status refused = check_recorded_images("jpeg", "");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().place.key, "record_images");
 }
 
 TEST(EstimateMessage, DoubtsStandInTheRowsOfXYAndYaw) {

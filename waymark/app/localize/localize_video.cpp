@@ -4,20 +4,25 @@
 #include <filesystem>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/localize/localize_output.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/landmarks_file.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
 namespace {
 
-Status write(const LocalizeVideoJob& job, const std::vector<TagFrame>& frames,
+Status write(const LocalizeVideoJob& job, const CameraModel& camera, const std::vector<TagFrame>& frames,
              const std::vector<CameraMoment>& moments) {
-  const std::string name = std::filesystem::path(job.localize.logs.front()).filename().string();
-  Result<LocalizeOutput> output = LocalizeOutput::open(
-      job.localize, {},
-      {.name = name, .live = true, .cameras = {{.camera = job.camera, .base_T_cam = base_T_camera({})}}});
+  Result<LocalizeOutput> output =
+      LocalizeOutput::open(job.output, {},
+                           {.name = std::filesystem::path(job.video).filename().string(),
+                            .map = job.map,
+                            .live = true,
+                            .cameras = {{.camera = camera, .base_T_cam = base_T_camera({})}}});
   if (!output) return tl::unexpected(output.error());
   Status status;
   for (std::size_t i = 0; i < frames.size() && status; ++i) {
@@ -27,36 +32,41 @@ Status write(const LocalizeVideoJob& job, const std::vector<TagFrame>& frames,
   const auto closed = output->close(!status);
   if (status && closed) return {};
   std::error_code ignored;  // the part of a video would look like all of it
-  if (std::filesystem::is_regular_file(job.localize.output, ignored))
-    std::filesystem::remove(job.localize.output, ignored);
+  if (std::filesystem::is_regular_file(job.output, ignored)) std::filesystem::remove(job.output, ignored);
   return status ? tl::unexpected(closed.error()) : status;
 }
 
 }  // namespace
 
 Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const JobControl& control) {
-  if (Status sound = check_localize_output(job.localize); !sound) return tl::unexpected(sound.error());
-  const Result<LandmarksFile> map = read_landmarks(job.localize.map, job.localize.tag_size_m);
+  const Result<DescribedCamera> described = read_given_camera(job.camera);
+  if (!described) return tl::unexpected(described.error());
+  const CameraModel& camera = described->camera;
+  if (Status sound = check_localize_output(job.output); !sound) return tl::unexpected(sound.error());
+  const Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
   if (!map) return tl::unexpected(map.error());
-  if (Status poses = check_tag_poses(map->tags, job.localize.map); !poses)
-    return tl::unexpected(poses.error());
+  if (Status poses = check_tag_poses(map->tags, job.map); !poses) return tl::unexpected(poses.error());
   const Result<TagFinder> finder = tag_finder_for(map->tags);
   if (!finder) return tl::unexpected(finder.error());
   std::vector<TagFrame> frames;
-  Result<VideoTags> found = find_camera_tags(job.localize.logs.front(), *finder, job.camera, control,
-                                             [&](TagFrame& tags) -> Status {
-                                               frames.push_back(std::move(tags));
-                                               return {};
-                                             });
+  Result<VideoTags> found =
+      find_camera_tags(job.video, *finder, camera, control, [&](TagFrame& tags) -> Status {
+        frames.push_back(std::move(tags));
+        return {};
+      });
   if (!found) return tl::unexpected(found.error());
-  const auto [moments, corner_error_px] = camera_moments(frames, map->tags, job.camera, job.readout_s);
-  if (Status written = write(job, frames, moments); !written) return tl::unexpected(written.error());
+  const auto [moments, corner_error_px] = camera_moments(frames, map->tags, camera, described->readout_s);
+  if (Status written = write(job, camera, frames, moments); !written) return tl::unexpected(written.error());
   for (const CameraMoment& moment : moments) job.on_moment(moment);
   const auto known = std::ranges::count_if(
       moments, [](const CameraMoment& moment) { return moment.map_T_body.has_value(); });
   return LocalizeVideoReport{.video = std::move(*found),
                              .known = static_cast<std::size_t>(known),
                              .corner_error_px = corner_error_px};
+}
+
+std::string to_text(const LocalizeVideoReport& report) {
+  return fmt::format("{}, the place known in {}", counted(report.video.pictures, "picture"), report.known);
 }
 
 }  // namespace waymark

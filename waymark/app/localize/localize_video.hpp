@@ -1,19 +1,44 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <optional>
+#include <string>
 
+#include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/localize/camera_moment.hpp"
-#include "waymark/app/localize/localize_log.hpp"
+#include "waymark/app/localize/localize_fields.hpp"
 
-/// `waymark localize walk.mp4`: where a camera that is carried by hand was, by a map of the tags it saw.
 namespace waymark {
 
+/// `waymark localize video`: where the camera of a video was, by a map of the tags it saw.
 struct LocalizeVideoJob {
-  LocalizeJob localize{};  ///< map, tag size, output, one video as log; else nothing of it
-  CameraModel camera;
-  double readout_s = 0;  ///< of a rolling shutter, as camera_moments()
+  std::string video{};  ///< or a recording of a camera without a robot
+  std::string map{};
+  CameraDescription camera{};
+  std::string output{};  ///< recording or TUM file to write; empty: none
+  std::optional<double> tag_size_m{};
   std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< of every picture
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.video,
+          JobField("video VIDEO", "Video, or the recording of a camera without a robot").input().required());
+    visit(self.map, localize_fields::map());
+    visit(self.camera.file, localize_fields::camera());
+    CameraDescription::fields(self.camera, visit);
+    visit(self.camera.readout_ms,
+          JobField("readout_ms NUMBER",
+                   "Time from the first row to the last of the rolling shutter, in milliseconds; negative "
+                   "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+                   -200.0, 200.0)
+              .less());
+    visit(self.output, JobField("output FILE",
+                                "Record pictures' tags and poses (.mcap), or write the poses, one a line "
+                                "(.txt, .tum: TUM)"));
+    visit(self.tag_size_m, localize_fields::tag_size_m());
+  }
 };
 
 struct LocalizeVideoReport {
@@ -26,5 +51,8 @@ struct LocalizeVideoReport {
 /// holds the tags, the poses (/waymark/pose) and the camera, with stamps since the first picture.
 [[nodiscard]] Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job,
                                                          const JobControl& control);
+
+/// "812 pictures, the place known in 640"
+[[nodiscard]] std::string to_text(const LocalizeVideoReport& report);
 
 }  // namespace waymark

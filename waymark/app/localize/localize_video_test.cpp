@@ -14,6 +14,7 @@
 #include "tests/support/hand_walk.hpp"
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/base/angles.hpp"
+#include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/exchange/map_exchange.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/media/video_writer.hpp"
@@ -138,19 +139,23 @@ class FilmedWall : public ::testing::Test {
       ASSERT_TRUE(writer->add(picture->image.view(), SensorTime(std::chrono::milliseconds(100 * k))));
     }
     ASSERT_TRUE(writer->close());
-    job_.localize.logs = {at("walk.mp4")};
-    job_.localize.map = at("map.yaml");
+    job_.video = at("walk.mp4");
+    write_camera(phone());
+    job_.map = at("map.yaml");
+  }
+  void write_camera(const CameraModel& camera) const {
+    std::ofstream(at("camera.yaml")) << to_camera_info_yaml({.name = "cam", .camera = camera});
   }
   [[nodiscard]] std::string at(const std::string& name) const { return (folder_ / name).string(); }
 
   static constexpr int kPictures = 8;
   fs::path folder_ = testing::fresh_folder("jobs_localize_video");
   MapFile map_{.anchor = {FamilyId::Tag36h11, 1}};
-  LocalizeVideoJob job_{.camera = phone()};
+  LocalizeVideoJob job_{.camera = {.file = at("camera.yaml")}};
 };
 
 TEST_F(FilmedWall, SaysWhereTheCameraWas) {
-  job_.localize.output = at("poses.tum");
+  job_.output = at("poses.tum");
   int moments = 0;
   job_.on_moment = [&](const CameraMoment& moment) {
     EXPECT_EQ(moment.stamp.time_since_epoch(), std::chrono::milliseconds(100 * moments++));
@@ -182,7 +187,7 @@ TEST_F(FilmedWall, OfItsRecordingSaysTheSame) {
     EXPECT_TRUE(is_of_camera(at(unreadable), true)) << "who opens it says why: " << unreadable;
   std::vector<SE3> of_video, of_recording;
   for (const auto& [file, poses] : {std::pair("walk.mp4", &of_video), {"tags.mcap", &of_recording}}) {
-    job_.localize.logs = {at(file)};
+    job_.video = at(file);
     job_.on_moment = [to = poses](const CameraMoment& moment) {
       to->push_back(moment.map_T_body.value().mean);
     };
@@ -199,7 +204,7 @@ TEST_F(FilmedWall, OfARecordingThatWasCutIsLocalizedAsFarAsItIsWhole) {
   ASSERT_TRUE(
       convert_video({.input = at("walk.mp4"), .output = at("cut.mcap"), .camera = phone()}, finder, {}));
   const auto whole = fs::file_size(at("cut.mcap"));
-  job_.localize.logs = {at("cut.mcap")};
+  job_.video = at("cut.mcap");
   fs::resize_file(at("cut.mcap"), whole - 200);  // the summary's end is missing
   EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
   const auto all = localize_video(job_, {});
@@ -213,7 +218,7 @@ TEST_F(FilmedWall, OfARecordingThatWasCutIsLocalizedAsFarAsItIsWhole) {
 }
 
 TEST_F(FilmedWall, WritesAllOrNothing) {
-  job_.localize.output = at("walk.mcap");
+  job_.output = at("walk.mcap");
   JobControl control;
   int asked = 0;
   control.cancelled = [&] { return ++asked > 3; };
@@ -227,11 +232,18 @@ TEST_F(FilmedWall, WritesAllOrNothing) {
 }
 
 TEST_F(FilmedWall, RefusesACalibrationOfAnotherSize) {
-  job_.camera =
-      CameraModel::make(PinholeRadtan{.fx = 260, .fy = 260, .cx = 160, .cy = 120}, 320, 240).value();
+  write_camera(
+      CameraModel::make(PinholeRadtan{.fx = 260, .fy = 260, .cx = 160, .cy = 120}, 320, 240).value());
   const auto report = localize_video(job_, {});
   ASSERT_FALSE(report);
   EXPECT_THAT(to_string(report.error()), HasSubstr("walk.mp4"));
+}
+
+TEST_F(FilmedWall, NeedsACalibration) {
+  job_.camera = {};
+  const auto report = localize_video(job_, {});
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().place.key, "camera");
 }
 
 }  // namespace

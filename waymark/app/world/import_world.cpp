@@ -307,7 +307,7 @@ Result<World> world_of(const SdfScene& scene, const std::vector<std::string>& fa
         fmt::format("no texture shows a tag that can be read ({} of {} visuals have a texture)",
                     std::ranges::count_if(scene.visuals, [](const auto& v) { return !v.texture.empty(); }),
                     scene.visuals.size()),
-        {}, "Name the families of the tags with --family, and folders of models with --models.");
+        {}, "Name the families of the tags with `family`, and folders of models with `models`.");
   World world{.name = scene.name};
   take_tags(painted->tags, world, warnings);
   take_scenery(scene, world, warnings);
@@ -324,7 +324,7 @@ Status short_line(const SdfScene& scene, const std::string& start, ImportWorldRe
   if (!start.empty() && !there) {
     std::string names;
     for (const SdfModelPose& known : scene.models) names += (names.empty() ? "" : ", ") + known.name;
-    return fail(ErrorCode::NotFound, fmt::format("there is no model '{}'", start), {.key = "--start"},
+    return fail(ErrorCode::NotFound, fmt::format("there is no model '{}'", start), {.key = "start"},
                 fmt::format("There are {}.", names));
   }
   const SE3 from = there ? model->world_T_model : SE3();
@@ -334,7 +334,7 @@ Status short_line(const SdfScene& scene, const std::string& start, ImportWorldRe
   for (const double way_m : {0.0, 0.5, 1.0})
     report.world.path_m.emplace_back(begin + way_m * ahead.normalized());
   report.warnings.push_back(fmt::format(
-      "the line to drive is a metre ahead of {}: --path has another, and --driver keyboard needs none",
+      "the line to drive is a metre ahead of {}: `path` has another, and `driver=keyboard` needs none",
       there ? model->name : "the origin"));
   return {};
 }
@@ -381,7 +381,7 @@ std::string to_text(const ImportWorldReport& report, const std::string& file) {
   if (world.tag_board_m > 0)
     text += fmt::format("tags on both sides of boards of {:.1f} mm\n", 1e3 * world.tag_board_m);
   for (const std::string& light : report.lights)
-    text += fmt::format("light {} (not kept: the light is that of --set camera.…)\n", light);
+    text += fmt::format("light {} (not kept: the light is that of `set=camera.…`)\n", light);
   return text + fmt::format("Look at it: waymark world check {}\n", shell_word(file));
 }
 

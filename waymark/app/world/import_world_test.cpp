@@ -108,7 +108,7 @@ TEST(WorldOfSdf, WithoutATagThereIsNoWorld) {
   ASSERT_FALSE(world);
   EXPECT_EQ(world.error().code, ErrorCode::NotFound);
   EXPECT_THAT(to_string(world.error()),
-              AllOf(HasSubstr("0 of 1 visuals have a texture"), HasSubstr("--family")));
+              AllOf(HasSubstr("0 of 1 visuals have a texture"), HasSubstr("`family`")));
   EXPECT_FALSE(world_of(painted.scene, {"tag99h1"}, warnings));
 }
 

@@ -45,7 +45,7 @@ Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordi
   }
   if (place.robot) return *place.robot;
   return fail(ErrorCode::NotFound, "the map's folder has no robot.yaml", {.source = job.map.string()},
-              "Name the robot: --robot NAME or a .yaml file. `waymark robots` lists names.");
+              "Name the robot: `robot=NAME` or a .yaml file. `waymark robots` lists names.");
 }
 
 /// How far the middles of tags were seen from where the map and its trajectory have them [px].

@@ -55,10 +55,10 @@ struct WorldFromRecordingReport {
 /// Measures the drive against its map and writes the place (tags and route of the map, on a level floor at
 /// z = 0), the robot (its file, with the rates, noises, scales, latency, detection range and turn response of
 /// the recording in `simulation`; where the map knows what the odometry lacks, also that), and, where the
-/// recording holds pictures whose blur tells them, exposure and lens (camera.yaml, for --config). What the
-/// recording does not tell stays as the robot's file says. Fails on a map without a trajectory, of several
-/// families, or of another recording (of another time, or whose tags were seen elsewhere), and on a folder
-/// that holds something.
+/// recording holds pictures whose blur tells them, exposure and lens (camera.yaml, options of the simulated
+/// camera). What the recording does not tell stays as the robot's file says. Fails on a map without a
+/// trajectory, of several families, or of another recording (of another time, or whose tags were seen
+/// elsewhere), and on a folder that holds something.
 [[nodiscard]] Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                                     const JobControl& control);
 [[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,

@@ -1,4 +1,4 @@
-#include "waymark/app/localize/localize_live.hpp"
+#include "waymark/app/localize/localize_lines.hpp"
 
 #include <numbers>
 
@@ -6,31 +6,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/live/cameras.hpp"
-
 namespace waymark {
 namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-TEST(LocalizeKind, IsToldByTheNames) {
-  EXPECT_EQ(localize_kind({.logs = {"lap.mcap", "lap2.mcap"}}, false), LocalizeInput::Recording);
-  EXPECT_EQ(localize_kind({.logs = {"walk.mp4"}}, true), LocalizeInput::Video);
-  EXPECT_EQ(localize_kind({.logs = {"v4l2:/dev/video0"}}, true), LocalizeInput::Camera);
-  EXPECT_EQ(localize_kind({.robot = "ros2:limo"}, false), LocalizeInput::Robot);
-  EXPECT_EQ(localize_kind({.logs = {"lap.mcap"}, .robot = "limo"}, false), LocalizeInput::Recording)
-      << "the name of a robot's description";
-}
-
-TEST(LocalizeKind, InputsThatDoNotGoTogetherAreRefused) {
-  const auto words = [](const LocalizeJob& job) { return to_string(localize_kind(job, true).error()); };
-  EXPECT_THAT(words({}), HasSubstr("nothing to localise"));
-  EXPECT_THAT(words({.logs = {"lap.mcap"}, .robot = "ros2:limo"}), HasSubstr("lap.mcap"));
-  EXPECT_THAT(words({.logs = {"v4l2:/dev/video0", "v4l2:/dev/video1"}}), HasSubstr("once for each camera"));
-  EXPECT_THAT(words({.logs = {"walk.mp4", "walk2.mp4"}}), HasSubstr("walk2.mp4"));
-}
 
 SensorTime at_s(double seconds) {
   return SensorTime(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds)));

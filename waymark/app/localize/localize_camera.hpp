@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/job_control.hpp"
+#include "waymark/app/live/cameras.hpp"
+#include "waymark/app/localize/camera_moment.hpp"
+#include "waymark/app/localize/localize_fields.hpp"
+#include "waymark/camera/camera_model.hpp"
+
+namespace waymark {
+
+class LiveFeed;
+
+/// `waymark localize camera`: where a live camera without a robot is, in a hand or on a stand.
+struct LocalizeCameraJob {
+  std::string source{};  ///< address of the camera: v4l2:/dev/video0
+  std::string map{};
+  CameraDescription camera{};
+  std::string output{};  ///< recording or TUM file to write; empty: none
+  std::optional<double> tag_size_m{};
+  double duration_s = 0;  ///< 0: until the control cancels it
+  std::string images{};   ///< how pictures are recorded: raw, jpeg; empty: not at all
+  LiveFeed* feed = nullptr;
+  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< of every picture
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.source, JobField("source CAMERA", "Live camera: v4l2:/dev/video0, gstreamer:libcamerasrc")
+                           .input()
+                           .required());
+    visit(self.map, localize_fields::map());
+    visit(self.camera.file, localize_fields::camera());
+    CameraDescription::fields(self.camera, visit);
+    visit(self.output, JobField("output FILE",
+                                "Record pictures' tags and poses (.mcap), or write the poses, one a line "
+                                "(.txt, .tum: TUM)"));
+    visit(self.tag_size_m, localize_fields::tag_size_m());
+    visit(self.duration_s, localize_fields::duration_s());
+    visit(self.images, localize_fields::record_images());
+  }
+};
+
+struct LocalizeCameraReport {
+  CameraWatchEnd end{};
+  std::size_t known = 0;  ///< pictures with a pose
+};
+
+/// The calibration of the job's camera. Fails without one, and on a job that makes no sense.
+[[nodiscard]] Result<CameraModel> read_camera(const LocalizeCameraJob& job);
+
+/// Localises an opened camera with that calibration until it ends, the time is over, or the control cancels
+/// it. A recording holds tags and poses (/waymark/pose) with stamps since 1970.
+[[nodiscard]] Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraModel& model,
+                                                           const LocalizeCameraJob& job,
+                                                           const JobControl& control);
+
+/// "812 pictures in 27.0 s, the place known in 640"
+[[nodiscard]] std::string to_text(const LocalizeCameraReport& report);
+
+}  // namespace waymark

@@ -1,0 +1,70 @@
+#include "waymark/app/cli/localize_parts.hpp"
+#include "waymark/app/cli/parts.hpp"
+#include "waymark/app/live/viewers.hpp"
+#include "waymark/app/localize/localize_camera.hpp"
+#include "waymark/app/localize/localize_lines.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct LocalizeCameraArgs {
+  explicit LocalizeCameraArgs(CLI::App& verb) {
+    add_fields(verb, job);
+    add_field(verb, every_s, localize_fields::every_s());
+    add_fields(verb, view);
+    verb.add_flag("--json", json, "JSON lines instead of words");
+  }
+
+  LocalizeCameraJob job{};
+  double every_s = 1;
+  ViewerOptions view{};
+  bool json = false;
+};
+
+ExitCode localize_by_camera(const LocalizeCameraArgs& args, Console& console) {
+  LocalizeCameraJob job = args.job;
+  const Result<CameraModel> model = read_camera(job);
+  if (!model) return fail_with(model.error(), console);
+  const auto camera = open_live_camera(job.source);
+  if (!camera) return fail_with(camera.error(), console);
+  console.say((*camera)->description());
+  const auto view = LivePage::open(args.view, (*camera)->description(), control_from(console));
+  if (!view) return fail_with(view.error(), console);
+  if (*view) job.feed = &(*view)->feed();
+  MomentLines lines(args.every_s, args.json, [&console](const std::string& line) { console.print(line); });
+  job.on_moment = [&lines](const CameraMoment& moment) { lines.take(moment); };
+  const auto report = localize_camera(**camera, *model, job, control_of_lines(console));
+  if (!report) return fail_with(report.error(), console);
+  console.say(to_text(*report));
+  if (report->end.stopped && interrupted()) return ExitCode::Interrupted;
+  return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+}  // namespace
+
+Verb localize_camera_verb() {
+  return {
+      .name = "camera",
+      .sentence = "Print where a live camera without a robot is",
+      .help =
+          R"(Finds the tags in the newest picture of the camera, again and again, and computes the camera's pose in six degrees
+of freedom from the tags of that picture alone: there is no filter, no method and no start. Prints once a second where it
+is, until Ctrl-C. The body of the camera has x forward, y left, z up.
+With -o FILE.mcap tags and poses (/waymark/pose) are recorded with stamps since 1970, and with --record-images the
+pictures; with -o FILE.tum each pose is a line. --view shows the camera in the browser. Run the program once for each
+camera. Keys of --json: docs/reference/cli.md.
+
+The calibration (--camera) must be of the pictures' size; --camera-size scales one that was made at another size.
+`waymark calibrate camera` makes one, `waymark cameras` lists the cameras of this computer.
+
+Exit code: 0 the place was known in some picture, 1 in none, or a file or the camera was unusable, 2 wrong usage,
+130 stopped by Ctrl-C (what was recorded stays).
+
+Examples:
+  waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map --view
+  waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map -o hand.mcap --duration-s 60
+)",
+      .prepare = prepared(localize_by_camera)};
+}
+
+}  // namespace waymark::cli

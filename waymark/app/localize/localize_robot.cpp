@@ -1,0 +1,191 @@
+#include "waymark/app/localize/localize_robot.hpp"
+
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/output_files.hpp"
+#include "waymark/app/live/live_robot.hpp"
+#include "waymark/app/live/robot_kinds.hpp"
+#include "waymark/app/live/viewers.hpp"
+#include "waymark/app/localize/localize_output.hpp"
+#include "waymark/recording/ros2/map_markers.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr const char* kPhase = "localizing";
+
+/// What viewers see of the estimates, and what they ask for.
+class LocalizeViewers {
+ public:
+  LocalizeViewers(const RobotSetup& setup, const LocalizeRobotJob& job, const TagMap& tags)
+      : feed_(job.feed) {
+    if (feed_ == nullptr) return;
+    SessionViewers viewers(feed_);
+    viewers.show_camera(setup.simulated);
+    std::error_code ignored;
+    const std::filesystem::path map = job.map;
+    viewers.show_map(std::filesystem::is_directory(map, ignored) ? map : map.parent_path());
+    feed_->show_shapes(map_markers(tags, {}));
+    tell();
+  }
+
+  void show(const LocalizationEstimate& estimate) {
+    if (feed_ == nullptr) return;
+    if (estimate.certain) feed_->publish(estimate_message(estimate), host_now_ns());
+    if (certain_ == estimate.certain) return;
+    certain_ = estimate.certain;
+    tell();
+  }
+  void show(const NisRecord& record) {
+    if (feed_ != nullptr) feed_->publish(nis_message(record), host_now_ns());
+  }
+
+  [[nodiscard]] SessionRequests requests() {
+    return [this](Duration) {
+      SessionRequest request;
+      if (feed_ == nullptr) return request;
+      using Kind = ViewerOrder::Kind;
+      for (ViewerOrder& order : feed_->take_orders()) {
+        request.end = request.end || order.kind == Kind::Stop || order.kind == Kind::Quit;
+        if (order.kind == Kind::GivePose) request.pose = order.pose;
+        if (order.kind == Kind::Words) request.words.push_back(std::move(order.words));
+      }
+      return request;
+    };
+  }
+
+ private:
+  void tell() { feed_->tell({.phase = kPhase, .commands = {"stop"}, .certain = certain_}); }
+
+  LiveFeed* feed_;
+  std::optional<bool> certain_{};
+};
+
+LocalizeListener listener_of(const LocalizeRobotJob& job, LocalizeOutput& output, LocalizeViewers& viewers,
+                             FreshFile& fresh, const JobControl& control) {
+  return {.on_sample =
+              [&](const Sample& sample) {
+                fresh.receive(sample);
+                return output.on_sample(sample);
+              },
+          .on_comparison =
+              [&](const NisRecord& record) {
+                viewers.show(record);
+                return output.on_comparison(record);
+              },
+          .on_estimate =
+              [&](const LocalizationEstimate& estimate) {
+                viewers.show(estimate);
+                return output.on_estimate(estimate);
+              },
+          .on_report = job.on_report,
+          .on_words = control.note};
+}
+
+/// What a calibration, a map and a start are read for, as of a recording.
+LocalizeJob filter_job(const LocalizeRobotJob& job) {
+  return {.map = job.map,
+          .calibration = job.calibration,
+          .tag_size_m = job.tag_size_m,
+          .start = job.start,
+          .method = job.method,
+          .filter = job.filter,
+          .anchor = job.anchor};
+}
+
+LocalizeSessionOptions session_options(const LocalizeRobotJob& job) {
+  LocalizeSessionOptions options{
+      .report_every = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(job.every_s))};
+  if (job.duration_s > 0) options.most_s = job.duration_s;
+  return options;
+}
+
+Status check_job(const LocalizeRobotJob& job) {
+  if (job.pictures.in_strips && job.pictures.search_every <= 1)
+    return fail(ErrorCode::InvalidArgument, kSearchedWholly, {.key = "search_strips"}, kSearchEvery);
+  if (Status images = check_recorded_images(job.images, job.output); !images) return images;
+  if (Status output = check_localize_output(job.output); !output) return output;
+  if (job.method != LocalizationKind::Smoother || job.filter.lag_s > 0) return {};
+  return fail(ErrorCode::InvalidArgument, "a smoother of a running robot needs the delay that it may have",
+              {.key = "lag_s"}, "Give `lag_s`, for example 2, or `method=riekf`.");
+}
+
+/// What is known after the drive, beside what the output counted.
+void complete(LocalizeReport& report, Localizer& localizer) {
+  report.problems = localizer.method().problems();
+  if (const RiekfLocalizer* filter = localizer.filter()) report.lasting_nis = filter->tracker().lasting_nis();
+}
+
+}  // namespace
+
+Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job) {
+  if (Status sound = check_job(job); !sound) return tl::unexpected(sound.error());
+  std::error_code ignored;
+  const std::filesystem::path map = job.map;
+  const auto folder = std::filesystem::is_directory(map, ignored) ? map : map.parent_path();
+  auto setup = load_kind(job.robot, {}, job.robot_file.empty() ? robot_file_in(folder) : job.robot_file, 1);
+  if (!setup) {
+    std::vector<std::string> kinds = robot_kind_names(true);
+    kinds.erase(kinds.begin());  // a simulated robot, which nobody else drives
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", job.robot),
+                {.key = "robot"}, fmt::format("Known: {}.", fmt::join(kinds, ", ")));
+  }
+  if (!*setup) return std::move(*setup);
+  if (Status added = add_live_cameras(job.camera_sources, **setup); !added)
+    return tl::unexpected(added.error());
+  (*setup)->pictures = job.pictures;
+  (*setup)->process.listen_only = true;
+  if (!(*setup)->process.words.empty()) (*setup)->process.words.emplace_back("--listen-only");
+  return std::move(*setup);
+}
+
+Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,
+                                           const JobControl& control) {
+  const Stopwatch watch;
+  if (Status status = check_job(job); !status) return tl::unexpected(status.error());
+  const LocalizeJob filtered = filter_job(job);
+  const Result<LocalizeInputs> inputs = read_localize_inputs(filtered, setup.robot(), setup.robot_yaml);
+  if (!inputs) return tl::unexpected(inputs.error());
+  for (const std::string& warning : inputs->warnings) control.note("warning: " + warning);
+  Result<Localizer> localizer = Localizer::make(inputs->setup);
+  if (!localizer) return tl::unexpected(localizer.error());
+  start_localizer(filtered, *localizer);
+  // Before the robot starts: a file that cannot be written should not cost a drive.
+  Result<LocalizeOutput> output = LocalizeOutput::open(job.output, inputs->setup,
+                                                       {.name = "process:" + setup.process.text(),
+                                                        .map = job.map,
+                                                        .live = true,
+                                                        .images = job.images,
+                                                        .robot_yaml = setup.robot_yaml,
+                                                        .cameras = setup.simulated.cameras()});
+  if (!output) return tl::unexpected(output.error());
+  FreshFile fresh(job.output);
+  LocalizeViewers viewers(setup, job, inputs->setup.tags);
+  RobotSetup known = setup;
+  if (!inputs->setup.tags.tags.empty()) {
+    known.simulated.world.tags = inputs->setup.tags;
+    known.simulated.world.anchor = inputs->setup.tags.tags.begin()->first;
+  }
+  const auto robot = LiveRobot::open(known, control);
+  if (!robot) return tl::unexpected(robot.error());
+  LocalizeSession session(std::move(*localizer), listener_of(job, *output, viewers, fresh, control),
+                          viewers.requests(), session_options(job));
+  const auto driven = (*robot)->drive(watched(session.listener(), job.feed, control));
+  Status status = driven ? Status() : tl::unexpected(driven.error());
+  for (const LocalizationEstimate& estimate : session.localizer().smoothed())
+    if (status) status = output->on_estimate(estimate);
+  Result<LocalizeReport> report = output->close(!status);  // also of a drive that ended badly
+  if (!status) return tl::unexpected(status.error());
+  if (!report) return tl::unexpected(report.error());
+  if (report->estimates == 0 && !job.output.ends_with(".mcap")) fresh.discard();  // a table of nothing
+  complete(*report, session.localizer());
+  report->wall_s = watch.seconds();
+  return LocalizeRobotReport{std::move(*report), session.end(*driven)};
+}
+
+}  // namespace waymark
