@@ -1,7 +1,6 @@
 #include "waymark/robots/gazebo/gazebo_robot.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -11,53 +10,27 @@
 #include "waymark/robots/process/command_sender.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 #include "waymark/robots/wire/simulation_watch.hpp"
+#include "waymark/robots/wire/wire_loop.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(20);
+/// Subscribers to the commands may take so long to be discovered.
+constexpr Duration kDiscovery = std::chrono::seconds(3);
 
-class GazeboRobot {
+class GazeboRobot final : public WireLoop {
  public:
   GazeboRobot(GazeboLink& link, const GazeboProfile& profile, const RobotDescription& robot,
               const RobotWire& wire, const GazeboRobotOptions& options)
-      : link_(link),
+      : WireLoop(wire),
+        link_(link),
         profile_(profile),
         name_(robot.model.name),
-        wire_(wire),
-        talk_(wire),
-        options_(options),
         bridge_(profile, robot, pictures_in_memory()),
         senders_(options.share_commands) {}
 
-  Status run() {
-    Status status = join();
-    if (!status) return status;
-    const auto send = [this](const VelocityCommand& command) {
-      (void)link_.publish(publisher_, StampedCommand{.command = command});
-    };
-    EarlyInput early(wire_);
-    std::optional<CommandSender> sender;
-    const Duration began = steady_now();
-    while (status && talk_.open() && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
-      if (const auto message = link_.next(kSlice)) receive(*message);
-      const Duration now = steady_now();
-      listens_ = (sender ? sender->role() : early.role()) == InputRole::Listens;
-      if (!sender && senders_.done(now)) {
-        status = greet();
-        if (!status) break;
-        sender.emplace(send, wire_, early.role());
-        watch_.forget();  // to join as a publisher takes longer than the robot may be silent
-        continue;
-      }
-      if (sender) sender->hold(watch_.silent(now));
-      if (const std::string words = watch_.take_words(now, !listens_); !words.empty()) talk_.say(words);
-      status = talk_.greeted() ? look(now - began) : wait(now - began);
-    }
-    return status;
-  }
-
- private:
+  /// Joins the network, before run().
   Status join() {
     for (GazeboSubscription& one : subscriptions_of(profile_)) {
       const auto number = link_.subscribe(one.topic, one.depth);
@@ -69,20 +42,35 @@ class GazeboRobot {
     return {};
   }
 
+ private:
+  Status hear() override {
+    if (const auto message = link_.next(kSlice)) receive(*message);
+    return {};
+  }
+  Result<bool> ready() override { return senders_.done(steady_now()); }
+
   /// The robot is heard, and nobody else commands it: from now on it may be.
-  Status greet() {
+  Status prepare() override {
     const auto others = link_.publishers(profile_.command_topic);
     const std::string who = others.empty() ? "" : fmt::format("at {}", fmt::join(others, ", "));
     const Status alone = senders_.alone(profile_.command_topic, who, "gazebo robot PROFILE");
-    if (!alone && !listens_) return alone;
+    if (!alone && !listens()) return alone;
     link_.unsubscribe(profile_.command_topic);  // what comes there from now on is ours, too
-    if (!listens_) {
-      const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
-      if (!publisher) return tl::unexpected(publisher.error());
-      publisher_ = *publisher;
-    }
-    talk_.greet(name_, true);
+    if (listens()) return {};
+    const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
+    if (!publisher) return tl::unexpected(publisher.error());
+    publisher_ = *publisher;
     return {};
+  }
+  RobotHello hello() const override { return {.name = name_, .simulated_time = true}; }
+  /// To join as a publisher takes longer than the robot may be silent.
+  void after_hello() override { watch_.forget(); }
+  void send(const VelocityCommand& command) override {
+    (void)link_.publish(publisher_, StampedCommand{.command = command});
+  }
+  bool must_hold(Duration now) const override { return watch_.silent(now); }
+  std::vector<std::string> silence_words(Duration now) override {
+    return {watch_.take_words(now, !listens())};
   }
 
   void receive(const GazeboMessage& message) {
@@ -94,52 +82,46 @@ class GazeboRobot {
     const auto after = bridge_.simulated_time();
     if (after && after != before) watch_.odometry(message.arrived);
     if (bridge_.speaks()) senders_.hear_robot(message.arrived);
-    if (!talk_.greeted()) return;
-    talk_.write(lines);
-    talk_.write(bridge_.take_words());
+    if (!greeted()) return;
+    talk().write(lines);
+    talk().write(bridge_.take_words());
   }
 
-  /// Of a robot that was heard.
-  Status look(Duration waited) {
+  /// Of a robot that was heard. Not in the turn of the hello: nobody can have found the publisher yet.
+  Status look() override {
+    if (!std::exchange(looks_, greeted())) return {};
     if (watch_.ended(steady_now()))
       return fail(ErrorCode::NotFound,
                   fmt::format("neither odometry on {} nor a clock came any more", profile_.odometry_topic),
                   {.source = "Gazebo"}, "Did the simulation end?");
-    if (!listens_ && waited > options_.report_after && !link_.heard(publisher_))
-      talk_.say_once(fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
+    if (!listens() && waited() > kDiscovery && !link_.heard(publisher_))
+      talk().say_once(
+          fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
     return {};
   }
 
-  /// For its odometry.
-  Status wait(Duration waited) {
-    if (senders_.heard_robot()) return {};
-    if (waited < options_.report_after || (said_ && waited < options_.give_up_after)) return {};
-    said_ = true;
+  bool waits() const override { return !senders_.heard_robot(); }
+
+  Unheard unheard() override {
     const std::string found = fmt::format("{}; {}", link_.where(), topics_in_words(link_.topics()));
-    if (waited < options_.give_up_after) {
-      talk_.say_once(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, found));
-      return {};
-    }
-    return fail(
-        ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, found),
-        {.source = "Gazebo"},
-        "Does the simulation run (is it paused?), are IGN_PARTITION and IGN_IP the same there, has the model "
-        "a diff-drive plugin with this topic?");
+    return {
+        .report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, found),
+        .gave_up = fail(
+            ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, found),
+            {.source = "Gazebo"},
+            "Does the simulation run (is it paused?), are IGN_PARTITION and IGN_IP the same there, has "
+            "the model a diff-drive plugin with this topic?")};
   }
 
   GazeboLink& link_;
   GazeboProfile profile_;
   std::string name_;
-  const RobotWire& wire_;
-  RobotTalk talk_;
-  GazeboRobotOptions options_;
   GazeboBridge bridge_;
   SenderWatch senders_;
   SimulationWatch watch_{};
   std::size_t publisher_ = 0;
   std::vector<GazeboSubscription> subscriptions_{};
-  bool said_ = false;
-  bool listens_ = false;  ///< somebody else drives
+  bool looks_ = false;  ///< after the hello
 };
 
 }  // namespace
@@ -156,7 +138,9 @@ std::string topics_in_words(const std::vector<GazeboTopic>& topics) {
 
 Status run_gazebo_robot(GazeboLink& link, const GazeboProfile& profile, const RobotDescription& robot,
                         const RobotWire& wire, const GazeboRobotOptions& options) {
-  return GazeboRobot(link, profile, robot, wire, options).run();
+  GazeboRobot process(link, profile, robot, wire, options);
+  if (Status joined = process.join(); !joined) return joined;
+  return process.run();
 }
 
 }  // namespace waymark

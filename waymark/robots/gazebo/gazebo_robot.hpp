@@ -1,19 +1,15 @@
 #pragma once
 
-#include <chrono>
-
 #include "waymark/base/fields.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/robots/gazebo/gazebo_link.hpp"
 #include "waymark/robots/gazebo/profile.hpp"
-#include "waymark/robots/wire/robot_talk.hpp"
+#include "waymark/robots/process/robot_wire.hpp"
 
 namespace waymark {
 
 struct GazeboRobotOptions {
-  bool share_commands = false;                      ///< drive although another program sends commands
-  Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
-  Duration give_up_after = std::chrono::seconds(12);
+  bool share_commands = false;  ///< drive although another program sends commands
 };
 
 /// What a user says of such a process.

@@ -12,41 +12,37 @@
 #include "waymark/robots/limo/command_gate.hpp"
 #include "waymark/robots/limo/limo_bridge.hpp"
 #include "waymark/robots/limo/serial_port.hpp"
-#include "waymark/robots/process/command_sender.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
+#include "waymark/robots/wire/wire_loop.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr int kSlice_ms = 20;
 constexpr double kLowBatteryVolts = 10.5;
+constexpr Duration kFrame = std::chrono::milliseconds(100);  // five of its motion
+constexpr Duration kFrozen = std::chrono::seconds(1);
 constexpr Duration kUnasked = std::chrono::seconds(1);
 
-class LimoRobot {
+class LimoRobot final : public WireLoop {
  public:
   LimoRobot(const RobotDescription& robot, const LimoRobotOptions& options, const RobotWire& wire)
-      : name_(robot.model.name),
+      : WireLoop(wire, {.commands_before_hello = true}),
+        name_(robot.model.name),
         options_(options),
-        wire_(wire),
         bridge_(robot.model.wheel_radius_m),
-        gate_(options.drive) {}
+        gate_(options.drive),
+        silence_(kFrame, {{.after = kFrozen,
+                           .words = options.port +
+                                    ": LIMO sends nothing any more, not a single frame: is it on, is its "
+                                    "mainboard's cable plugged in? Switch it off and on where it hangs"}}) {}
 
-  Status run() {
+  /// Opens its port, before run().
+  Status open() {
     auto port = open_serial_port(options_.port);
     if (!port) return tl::unexpected(port.error());
     port_ = std::move(*port);
-    if (Status opened = open_beside(); !opened) return opened;
-    const CommandSender sender([this](const VelocityCommand& asked) { send(asked); }, wire_);
-    began_ = steady_now();
-    // An input that ended before LIMO obeys (`< /dev/null`) ends this afterwards.
-    while (open_ && !(sender.ended() && (greeted_ || sender.said_bye())) && !wire_.should_stop()) {
-      role_ = sender.role() == InputRole::Unknown && sender.ended() ? InputRole::Drives : sender.role();
-      if (Status heard = hear(); !heard) return heard;
-      if (greeted_) continue;
-      if (sender.ended()) ask_again();
-      if (Status status = look(); !status) return status;
-    }
-    return {};
+    return open_beside();
   }
 
  private:
@@ -61,13 +57,12 @@ class LimoRobot {
   /// In place of the sender, whose input has ended.
   void ask_again() {
     constexpr Duration kEvery = std::chrono::milliseconds(50);
-    if (role_ == InputRole::Listens || steady_now() - asked_at_ < kEvery) return;
+    if (listens() || steady_now() - asked_at_ < kEvery) return;
     asked_at_ = steady_now();
     send({});
   }
 
-  /// On the thread of the sender.
-  void send(const VelocityCommand& asked) {
+  void send(const VelocityCommand& asked) override {
     const std::scoped_lock lock(mutex_);
     const Duration now = steady_now();
     const VelocityCommand passed = gate_.pass(asked, now);
@@ -82,7 +77,7 @@ class LimoRobot {
     (void)write_some(port_.number(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, written);
   }
 
-  Status hear() {
+  Status hear() override {
     std::array<pollfd, 2> fds{{{port_.number(), POLLIN, 0}, {beside_.number(), POLLIN, 0}}};
     (void)poll(fds.data(), fds.size(), kSlice_ms);
     std::string bytes;
@@ -92,7 +87,7 @@ class LimoRobot {
     const Duration arrived = steady_now();
     while (const auto frame = reader_.next()) receive(*frame, arrived);
     pass_beside();
-    say_words(arrived);
+    say_words();
     return {};
   }
 
@@ -100,8 +95,8 @@ class LimoRobot {
   Status cut() {
     const char* words = "the serial port is gone: LIMO is not heard and cannot be stopped by it";
     const char* advice = "Check the cable, and that LIMO is on.";
-    if (greeted_) {
-      say(fmt::format("{}: {}. {}", options_.port, words, advice));
+    if (greeted()) {
+      talk().say(fmt::format("{}: {}. {}", options_.port, words, advice));
       return fail(ErrorCode::Unreadable, "the serial port is gone", {.source = options_.port});
     }
     return fail(ErrorCode::Unreadable, words, {.source = options_.port}, advice);
@@ -122,7 +117,7 @@ class LimoRobot {
       drive = gate_.drive();
     }
     for (const Sample& sample : bridge_.receive(frame, drive, arrived, lost))
-      if (greeted_) write(to_line(sample));
+      if (const std::string line = to_line(sample); greeted() && !line.empty()) talk().write({line});
   }
 
   void pass_beside() {
@@ -131,11 +126,14 @@ class LimoRobot {
     lines_.add(bytes);
     // What was written before is of another drive; half a line is left where another reader ended.
     while (const auto line = lines_.next())
-      if (greeted_ && line->text.starts_with('{') && line->text.ends_with('}')) write(line->text + "\n");
+      if (greeted() && line->text.starts_with('{') && line->text.ends_with('}'))
+        talk().write({line->text + "\n"});
   }
 
-  /// Before the hello: what keeps LIMO from being driven.
-  Status look() {
+  /// LIMO obeys, or is heard where nobody has asked it for anything. An input that ended before LIMO obeys
+  /// (`< /dev/null`) ends the process afterwards.
+  Result<bool> ready() override {
+    if (input_ended()) ask_again();
     const std::scoped_lock lock(mutex_);
     const auto& state = gate_.state();
     if (state && (state->drive == LimoDrive::Ackermann) != (options_.drive == LimoDrive::Ackermann))
@@ -146,21 +144,26 @@ class LimoRobot {
                   state->drive == LimoDrive::Ackermann
                       ? "Add `robot_file=limo-ackermann`, or turn the latches."
                       : "Add `robot_file=limo`, or turn the latches.");
-    const Duration waited = steady_now() - began_;
     // Nobody has asked LIMO for anything yet, and may wait for the hello before the first command.
-    const bool unasked = role_ == InputRole::Unknown && waited >= kUnasked;
-    if (gate_.ready() || ((unasked || role_ == InputRole::Listens) && gate_.heard())) {
-      greet(state->battery_V);
-      return {};
-    }
-    if (waited >= options_.give_up_after)
-      return fail(ErrorCode::NotFound, "LIMO does not answer: " + heard(), {.source = options_.port},
-                  "Is it on, is this the port of its mainboard, is the remote control off?");
-    if (waited >= options_.report_after && !reported_) {
-      reported_ = true;
-      wire_.say(options_.port + ": waiting for LIMO: " + heard());
-    }
-    return {};
+    const bool unasked = role() == InputRole::Unknown && !input_ended() && waited() >= kUnasked;
+    return gate_.ready() || ((unasked || listens()) && gate_.heard());
+  }
+
+  RobotHello hello() const override { return {.name = name_, .simulated = options_.simulated}; }
+
+  void after_hello() override {
+    const std::scoped_lock lock(mutex_);
+    const double battery_V = gate_.state()->battery_V;
+    talk().say(fmt::format("LIMO {}, battery {:.1f} V{}", gate_.ready() ? "obeys" : "is heard", battery_V,
+                           battery_V < kLowBatteryVolts ? ": low" : ""));
+  }
+
+  Unheard unheard() override {
+    const std::scoped_lock lock(mutex_);
+    return {
+        .report = options_.port + ": waiting for LIMO: " + heard(),
+        .gave_up = fail(ErrorCode::NotFound, "LIMO does not answer: " + heard(), {.source = options_.port},
+                        "Is it on, is this the port of its mainboard, is the remote control off?")};
   }
 
   [[nodiscard]] std::string heard() const {
@@ -171,52 +174,31 @@ class LimoRobot {
     return fmt::format("{} frames came, and none with its motion (0x221)", frames_);
   }
 
-  void greet(double battery_V) {
-    write(to_line(RobotHello{.name = name_, .simulated = options_.simulated}));
-    greeted_ = true;
-    say(fmt::format("LIMO {}, battery {:.1f} V{}", gate_.ready() ? "obeys" : "is heard", battery_V,
-                    battery_V < kLowBatteryVolts ? ": low" : ""));
-  }
-
-  void say_words(Duration now) {
+  void say_words() {
     std::vector<std::string> words;
     {
       const std::scoped_lock lock(mutex_);
       words = gate_.take_words();
     }
-    if (role_ == InputRole::Listens) words.clear();  // they are about commands
-    for (const std::string& word : words) say(word);
-    if (greeted_) say_of_silence(now);
+    if (listens()) return;  // they are about commands
+    for (const std::string& word : words) talk().say(word);
   }
 
   /// Of LIMO, or of its IMU alone.
-  void say_of_silence(Duration now) {
-    constexpr Duration kFrame = std::chrono::milliseconds(100);  // five of its motion
-    constexpr Duration kFrozen = std::chrono::seconds(1);
+  std::vector<std::string> silence_words(Duration now) override {
+    if (!greeted()) return {};
     const Duration silent = now - frame_at_;
-    if (silent > kFrozen && !std::exchange(frozen_, true))
-      say(fmt::format(
-          "{}: LIMO sends nothing any more, not a single frame: is it on, is its mainboard's cable "
-          "plugged in? Switch it off and on where it hangs",
-          options_.port));
-    if (silent > kFrame) return;
-    frozen_ = false;
+    std::vector<std::string> words = silence_.take_words(silent);
+    if (silent > kFrame) return words;
     const bool hears_imu = bridge_.hears_imu(SensorTime(now));
-    if (heard_imu_ && !hears_imu) say("LIMO's IMU is not heard: the heading comes from the wheels");
+    if (heard_imu_ && !hears_imu)
+      words.emplace_back("LIMO's IMU is not heard: the heading comes from the wheels");
     heard_imu_ = hears_imu;
-  }
-
-  void write(const std::string& line) { open_ = open_ && (line.empty() || wire_.write(line)); }
-  void say(const std::string& words) {
-    if (greeted_)
-      write(to_line(RobotLog{words}));
-    else
-      wire_.say(words);
+    return words;
   }
 
   std::string name_;
   LimoRobotOptions options_;
-  const RobotWire& wire_;
   Descriptor port_{};
   Descriptor beside_{};
   LimoReader reader_{};
@@ -224,18 +206,13 @@ class LimoRobot {
   LimoBridge bridge_;
   std::mutex mutex_{};
   CommandGate gate_;  ///< behind the mutex
-  Duration began_{};
   Duration asked_at_{};
   std::uint64_t bytes_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t skipped_ = 0;
   Duration frame_at_{};  ///< when the newest frame came
-  bool frozen_ = false;
-  InputRole role_ = InputRole::Unknown;
-  bool reported_ = false;
-  bool greeted_ = false;
+  SilenceReports silence_;
   bool heard_imu_ = true;
-  bool open_ = true;
 };
 
 }  // namespace
@@ -245,7 +222,9 @@ LimoDrive drive_of(const RobotDescription& robot) {
 }
 
 Status run_limo_robot(const RobotDescription& robot, const LimoRobotOptions& options, const RobotWire& wire) {
-  return LimoRobot(robot, options, wire).run();
+  LimoRobot process(robot, options, wire);
+  if (Status opened = process.open(); !opened) return opened;
+  return process.run();
 }
 
 }  // namespace waymark

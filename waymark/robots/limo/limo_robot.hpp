@@ -14,9 +14,7 @@ struct LimoRobotOptions {
   LimoDrive drive = LimoDrive::Differential;
   std::string
       beside{};  ///< a named pipe with further lines of a robot process, on this machine's steady clock
-  bool simulated = false;                           ///< no LIMO is at the other end: the hello says so
-  Duration report_after = std::chrono::seconds(3);  ///< without LIMO's answer: what was heard is said
-  Duration give_up_after = std::chrono::seconds(12);
+  bool simulated = false;  ///< no LIMO is at the other end: the hello says so
 };
 
 /// What a user says of LIMO's process.

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <memory>
 #include <mutex>
-#include <optional>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,6 +15,7 @@
 #include "waymark/robots/mbot/lcm_link.hpp"
 #include "waymark/robots/process/command_sender.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
+#include "waymark/robots/wire/wire_loop.hpp"
 
 namespace waymark {
 namespace {
@@ -21,6 +24,8 @@ constexpr Duration kSlice = std::chrono::milliseconds(50);
 constexpr Duration kSilence = std::chrono::milliseconds(200);  // five messages of odometry
 constexpr Duration kGone = std::chrono::seconds(2);
 constexpr const char* kCommandChannel = "MBOT_VEL_CMD";
+constexpr const char* kOtherDriver =
+    "another program sends MBOT_VEL_CMD as well: the robot obeys both in turn, end the other one";
 /// Of the messages of mbot_lcm_base: what is sensed, the robot's time, and who else drives; and ours.
 constexpr const char* kChannels =
     "MBOT_ODOMETRY|MBOT_VEL|MBOT_IMU|MBOT_ENCODERS|MBOT_APRILTAG_ARRAY|LIDAR|MBOT_TIMESYNC|MBOT_VEL_CMD|TRUE_"
@@ -51,44 +56,73 @@ class OwnCommands {
   std::int64_t newest_ = 0;
 };
 
-class MbotRobot {
+std::vector<SilenceReports::Report> silence_reports(const std::string& address) {
+  return {{.after = kSilence,
+           .words = "no odometry for 0.2 s: zero is sent until there is some again",
+           .words_listening = "no odometry for 0.2 s"},
+          {.after = kGone,
+           .words = fmt::format(
+               "no odometry at {} for 2 s: is the robot on, do its programs run, is the network (cable, "
+               "Wi-Fi) up on both sides?",
+               address.empty() ? "the usual address" : address)}};
+}
+
+class MbotRobot final : public WireLoop {
  public:
   MbotRobot(const MbotRobotOptions& options, const RobotWire& wire)
-      : options_(options), wire_(wire), bridge_(options.bridge), senders_(options.share_commands) {}
+      : WireLoop(wire),
+        options_(options),
+        bridge_(options.bridge),
+        senders_(options.share_commands),
+        silence_(kSilence, silence_reports(options.address)) {}
 
-  Status run() {
+  /// Joins the network, before run().
+  Status join() {
     auto link = open_lcm(options_.address);
     if (!link) return tl::unexpected(link.error());
-    if (Status status = (*link)->subscribe(kChannels); !status) return status;
-    const auto send = [this, &link](const VelocityCommand& command) {
-      // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
-      (void)(*link)->publish(kCommandChannel, own_.make(silent() ? VelocityCommand{} : command));
-    };
-    EarlyInput early(wire_);
-    std::optional<CommandSender> sender;
-    began_ = steady_now();
-    while (open_ && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
-      auto message = (*link)->next(kSlice);
-      if (!message) return tl::unexpected(message.error());
-      if (*message) receive(std::move(**message));
-      listens_ = (sender ? sender->role() : early.role()) == InputRole::Listens;
-      if (!greeted_ && senders_.done(steady_now())) {
-        if (!listens_)
-          if (Status alone = senders_.alone(kCommandChannel, driver_, "mbot robot"); !alone) return alone;
-        greet();
-        sender.emplace(send, wire_, early.role());
-      }
-      if (Status status = look(); !status) return status;
-      if (sender && sender->role() == InputRole::Drives) presence_.publish(**link, kDriverChannel);
-    }
-    return {};
+    link_ = std::move(*link);
+    return link_->subscribe(kChannels);
   }
 
  private:
-  void write(const std::string& line) { open_ = open_ && wire_.write(line); }
+  Status hear() override {
+    auto message = link_->next(kSlice);
+    if (!message) return tl::unexpected(message.error());
+    if (*message) receive(std::move(**message));
+    return {};
+  }
+  Result<bool> ready() override { return senders_.done(steady_now()); }
+  Status prepare() override {
+    return listens() ? Status{} : senders_.alone(kCommandChannel, driver_, "mbot robot");
+  }
+  RobotHello hello() const override { return {.name = options_.bridge.robot, .simulated = simulated_}; }
+  void after_hello() override {
+    if (driven_) talk().say(kOtherDriver);
+    write_newest();
+  }
+  /// One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
+  void send(const VelocityCommand& command) override {
+    (void)link_->publish(kCommandChannel, own_.make(silence() > kSilence ? VelocityCommand{} : command));
+  }
+  std::vector<std::string> silence_words(Duration /*now*/) override {
+    return greeted() ? silence_.take_words(silence(), listens()) : std::vector<std::string>();
+  }
+  Status look() override {
+    if (greeted() && role() == InputRole::Drives) presence_.publish(*link_, kDriverChannel);
+    return {};
+  }
+  Unheard unheard() override {
+    const std::string found =
+        heard_.empty() ? std::string("nothing was heard") : fmt::format("heard: {}", fmt::join(heard_, ", "));
+    return {.report = "no odometry on MBOT_ODOMETRY yet; " + found,
+            .gave_up = fail(ErrorCode::NotFound, fmt::format("no odometry came on MBOT_ODOMETRY; {}", found),
+                            {.source = "LCM"},
+                            "Is the robot on and its LCM server running, and does the address let messages "
+                            "out of it (ttl=1)?")};
+  }
 
-  /// A robot that says nothing more is not driven, whatever is commanded.
-  [[nodiscard]] bool silent() const { return steady_now() - newest_odometry_.load() > kSilence; }
+  /// A robot that says nothing more is not driven, whatever is commanded. From any thread.
+  [[nodiscard]] Duration silence() const { return steady_now() - newest_odometry_.load(); }
 
   void receive(LcmMessage message) {
     heard_.insert(message.channel);
@@ -98,19 +132,12 @@ class MbotRobot {
     if (message.channel == kCommandChannel) return notice_driver(message);
     newest_lines_ = bridge_.receive(std::move(message));
     if (bridge_.speaks()) senders_.hear_robot(steady_now());
-    if (greeted_) write_newest();
+    if (greeted()) write_newest();
   }
 
   void write_newest() {
-    for (const std::string& line : std::exchange(newest_lines_, {})) write(line);
-    for (const std::string& line : bridge_.take_words()) write(line);
-  }
-
-  void greet() {
-    greeted_ = true;
-    write(to_line(RobotHello{.name = options_.bridge.robot, .simulated = simulated_}));
-    for (const std::string& words : std::exchange(waiting_words_, {})) write(to_line(RobotLog{words}));
-    write_newest();
+    talk().write(std::exchange(newest_lines_, {}));
+    talk().write(bridge_.take_words());
   }
 
   void notice_presence(const LcmMessage& message) {
@@ -121,76 +148,33 @@ class MbotRobot {
   }
 
   void notice_driver(const LcmMessage& message) {
-    if (!greeted_ && mbot::decode<mbot::Twist2D>(message.payload)) senders_.hear_command();
+    if (!greeted() && mbot::decode<mbot::Twist2D>(message.payload)) senders_.hear_command();
     const auto utime = mbot::utime_of(message.payload);
-    if (listens_ || !utime || own_.has(*utime) || std::exchange(driven_, true)) return;
-    say("another program sends MBOT_VEL_CMD as well: the robot obeys both in turn, end the other one");
-  }
-
-  /// Before the first odometry what is there, and how long it takes; later when it ceases.
-  Status look() {
-    if (greeted_) {
-      say_of_silence();
-      return {};
-    }
-    const Duration waited = steady_now() - began_;
-    if (waited < options_.report_after) return {};
-    const std::string found =
-        heard_.empty() ? std::string("nothing was heard") : fmt::format("heard: {}", fmt::join(heard_, ", "));
-    if (waited >= options_.give_up_after)
-      return fail(
-          ErrorCode::NotFound, fmt::format("no odometry came on MBOT_ODOMETRY; {}", found), {.source = "LCM"},
-          "Is the robot on and its LCM server running, and does the address let messages out of it (ttl=1)?");
-    if (!std::exchange(reported_, true)) wire_.say("no odometry on MBOT_ODOMETRY yet; " + found);
-    return {};
-  }
-
-  void say_of_silence() {
-    const Duration silent = steady_now() - newest_odometry_.load();
-    if (silent <= kSilence) return void(quiet_ = gone_ = false);
-    if (!std::exchange(quiet_, true))
-      say(listens_ ? "no odometry for 0.2 s"
-                   : "no odometry for 0.2 s: zero is sent until there is some again");
-    if (silent > kGone && !std::exchange(gone_, true))
-      say(fmt::format(
-          "no odometry at {} for 2 s: is the robot on, do its programs run, is the network (cable, "
-          "Wi-Fi) up on both sides?",
-          options_.address.empty() ? "the usual address" : options_.address));
-  }
-
-  void say(const std::string& words) {
-    if (greeted_)
-      write(to_line(RobotLog{words}));
-    else
-      waiting_words_.push_back(words);
+    if (listens() || !utime || own_.has(*utime) || std::exchange(driven_, true)) return;
+    if (greeted()) talk().say(kOtherDriver);  // else after the hello
   }
 
   MbotRobotOptions options_;
-  const RobotWire& wire_;
   MbotBridge bridge_;
   SenderWatch senders_;
+  SilenceReports silence_;
+  std::unique_ptr<LcmLink> link_{};
   Presence presence_{};
   OwnCommands own_{};
-  Duration began_{};
   std::atomic<Duration> newest_odometry_ = Duration(0);
   std::vector<std::string> newest_lines_{};  ///< of the message before the hello: what it told waited for it
-  bool greeted_ = false;
-  bool quiet_ = false;
-  bool gone_ = false;
-  bool open_ = true;
-  bool driven_ = false;
-  bool listens_ = false;  ///< somebody else drives
+  bool driven_ = false;                      ///< another program sends commands, too
   bool simulated_ = false;
   std::string driver_{};  ///< another Waymark that commands the robot
-  bool reported_ = false;
   std::set<std::string> heard_{};
-  std::vector<std::string> waiting_words_{};
 };
 
 }  // namespace
 
 Status run_mbot_robot(const MbotRobotOptions& options, const RobotWire& wire) {
-  return MbotRobot(options, wire).run();
+  MbotRobot process(options, wire);
+  if (Status joined = process.join(); !joined) return joined;
+  return process.run();
 }
 
 }  // namespace waymark

@@ -12,9 +12,7 @@ namespace waymark {
 struct MbotRobotOptions {
   std::string address{};  ///< of the LCM network; empty: the usual one
   MbotBridgeOptions bridge{};
-  bool share_commands = false;                      ///< drive although another program sends commands
-  Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was heard is said
-  Duration give_up_after = std::chrono::seconds(12);
+  bool share_commands = false;  ///< drive although another program sends commands
 };
 
 /// What a user says of such a process.

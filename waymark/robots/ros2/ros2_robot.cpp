@@ -18,6 +18,7 @@
 #include "waymark/robots/ros2/robot_bridge.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 #include "waymark/robots/wire/simulation_watch.hpp"
+#include "waymark/robots/wire/wire_loop.hpp"
 
 namespace waymark {
 namespace {
@@ -36,53 +37,21 @@ constexpr const char* kNothingArrives =
     "it is offered, but nothing arrives: is its program restricted to its own machine (`localhost`, "
     "ROS_LOCALHOST_ONLY), or a firewall between? ";
 
-class Ros2Robot {
+class Ros2Robot final : public WireLoop {
  public:
   Ros2Robot(const Ros2Profile& profile, const RobotDescription& robot, BusOptions bus_options,
             const RobotWire& wire, const Ros2RobotOptions& options)
-      : profile_(profile),
+      : WireLoop(wire, {.look_every = kLookAgain, .report_again = true}),
+        profile_(profile),
         name_(robot.model.name),
         bus_options_(std::move(bus_options)),
-        wire_(wire),
-        talk_(wire),
         options_(options),
         bridge_(profile, robot, pictures_in_memory()),
         uses_(uses_of(profile)),
         senders_(options.share_commands, kListen),
         drivers_(command_use(profile).name) {}
 
-  Status run() {
-    if (Status status = join(); !status) return status;
-    const auto send = [this](const VelocityCommand& command) {
-      (void)bus_->publish(*publisher_, bridge_.command(command, now()));
-    };
-    EarlyInput early(wire_);
-    std::optional<CommandSender> sender;
-    began_ = steady_now();
-    while (talk_.open() && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
-      const auto message = bus_->next(kSlice);
-      if (message) receive(*message);
-      listens_ = (sender ? sender->role() : early.role()) == InputRole::Listens;
-      if (!sender && senders_.done(steady_now())) {
-        if (Status ready = prepare_commands(); !ready) return ready;
-        greet();
-        sender.emplace(send, wire_, early.role());
-      }
-      if (sender && profile_.use_sim_time) sender->hold(watch_.silent(steady_now()));
-      if (Status alone = stay_alone(); !alone) return alone;
-      if (const std::string words = watch_.take_words(steady_now(), !listens_); !words.empty())
-        talk_.say(words);
-      if (Status status = look(); !status) return status;
-    }
-    return {};
-  }
-
- private:
-  /// The clock that commands are stamped by. From any thread.
-  [[nodiscard]] SensorTime now() const {
-    return profile_.use_sim_time ? SensorTime(Duration(simulated_ns_.load())) : wall_clock();
-  }
-
+  /// Joins the network, before run().
   Status join() {
     auto bus = open_bus(bus_options_);
     if (!bus) return tl::unexpected(bus.error());
@@ -98,6 +67,28 @@ class Ros2Robot {
     return names_.join(*bus_);
   }
 
+ private:
+  /// The clock that commands are stamped by. From any thread.
+  [[nodiscard]] SensorTime stamp_now() const {
+    return profile_.use_sim_time ? SensorTime(Duration(simulated_ns_.load())) : wall_clock();
+  }
+
+  Status hear() override {
+    if (const auto message = bus_->next(kSlice)) receive(*message);
+    return stay_alone();
+  }
+  Result<bool> ready() override { return senders_.done(steady_now()); }
+  RobotHello hello() const override {
+    return {.name = name_, .simulated_time = profile_.use_sim_time, .simulated = profile_.simulated};
+  }
+  void send(const VelocityCommand& command) override {
+    (void)bus_->publish(*publisher_, bridge_.command(command, stamp_now()));
+  }
+  bool must_hold(Duration now) const override { return profile_.use_sim_time && watch_.silent(now); }
+  std::vector<std::string> silence_words(Duration now) override {
+    return {watch_.take_words(now, !listens())};
+  }
+
   void receive(const BusMessage& message) {
     if (names_.take(message)) return;
     if (message.subscription == commands_) {
@@ -111,9 +102,9 @@ class Ros2Robot {
     if (const auto time = bridge_.simulated_time())
       watch_simulation(from->second, message.arrived, *time, !lines.empty());
     if (bridge_.speaks()) senders_.hear_robot(message.arrived);
-    if (!talk_.greeted()) return;
-    talk_.write(lines);
-    talk_.write(bridge_.take_words());
+    if (!greeted()) return;
+    talk().write(lines);
+    talk().write(bridge_.take_words());
   }
 
   /// Others that begin to command it while it is driven.
@@ -121,7 +112,7 @@ class Ros2Robot {
     if (!publisher_ || options_.share_commands) return {};
     const auto words = drivers_.found(names_, *bus_, steady_now() - advertised_);
     if (!words) return tl::unexpected(words.error());
-    if (!words->empty()) talk_.say_once(*words);
+    if (!words->empty()) talk().say_once(*words);
     return {};
   }
 
@@ -136,7 +127,7 @@ class Ros2Robot {
     constexpr Duration kMoment = std::chrono::milliseconds(500);
     heard_from_[message.identity.guid] = message.arrived;
     std::erase_if(heard_from_, [&](const auto& one) { return message.arrived - one.second > kMoment; });
-    if (heard_from_.size() > 1 && talk_.greeted()) talk_.say_once(two_robots());
+    if (heard_from_.size() > 1 && greeted()) talk().say_once(two_robots());
   }
   [[nodiscard]] std::string two_robots() const {
     return fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
@@ -145,18 +136,19 @@ class Ros2Robot {
 
   /// Where nobody publishes the topic of pictures but somebody its compressed ones (image_transport), those
   /// are taken.
-  Status take_compressed(const std::vector<BusEndpoint>& others) {
+  Status take_compressed() {
     if (profile_.image_topic.empty() || compressed_) return {};
     const std::string topic = profile_.image_topic + "/compressed";
     const std::string_view type = ros2::CompressedImage::kType;
-    if (is_published(profile_.image_topic, others, ros2::Image::kType) || !is_published(topic, others, type))
+    if (is_published(profile_.image_topic, others_, ros2::Image::kType) ||
+        !is_published(topic, others_, type))
       return {};
     compressed_ = true;
     TopicQos qos{.reliable = profile_.reliable_sensors, .depth = 2};
     const auto number = bus_->subscribe(dds_topic(topic, type), qos);
     if (!number) return tl::unexpected(number.error());
     subscriptions_.emplace(*number, Ros2Subscription{topic, std::string(type), qos});
-    talk_.say_once(
+    talk().say_once(
         fmt::format("nobody publishes {}: pictures are taken from {}", profile_.image_topic, topic));
     return {};
   }
@@ -173,10 +165,10 @@ class Ros2Robot {
   }
 
   /// The publisher of commands, where nobody else commands the robot. Who only listens has none.
-  Status prepare_commands() {
-    if (!listens_)
+  Status prepare() override {
+    if (!listens())
       if (Status alone = look_for_others(); !alone) return alone;
-    if (listens_) {
+    if (listens()) {
       bus_->unsubscribe(commands_);
       return {};
     }
@@ -188,16 +180,15 @@ class Ros2Robot {
     return {};
   }
 
-  void greet() {
-    talk_.greet(name_, profile_.use_sim_time, profile_.simulated);
+  void after_hello() override {
     say_clock();
     if (profile_.image_topic.empty() && profile_.compressed_image_topic.empty() &&
         profile_.detections_topic.empty())
-      talk_.say_once(
+      talk().say_once(
           "the profile names no topic of pictures or tags (image_topic, compressed_image_topic, "
           "detections_topic): the robot is placed only by a camera of this computer (`camera_source`)");
-    if (!profile_.stops_by_itself && !listens_)
-      talk_.say_once(
+    if (!profile_.stops_by_itself && !listens())
+      talk().say_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
           "ros2 "
           "relay` on it");
@@ -210,61 +201,60 @@ class Ros2Robot {
     const Duration robot = steady_now() - *bridge_.offset();
     const double behind_s = to_seconds(wall_clock().time_since_epoch() - robot);
     const bool other = std::abs(behind_s) > kYear_s;
-    talk_.say_once(fmt::format(
+    talk().say_once(fmt::format(
         "the robot's clock is {:.3f} s {} this computer's, by the stamps of {}{}", std::abs(behind_s),
         behind_s >= 0 ? "behind" : "ahead of", profile_.odometry_topic,
         other ? ": if it is the time of a simulation, the profile needs use_sim_time: true" : ""));
   }
 
   /// Who is there, once a second.
-  Status look() {
-    const Duration now = steady_now();
-    if (now < next_look_) return {};
-    next_look_ = now + kLookAgain;
-    const std::vector<BusEndpoint> others = bus_->endpoints();
-    const std::vector<std::string> misfits = mismatches(uses_, others);
-    for (const std::string& words : misfits) talk_.say_once(words);
-    if (Status status = take_compressed(others); !status) return status;
-    const Duration waited = now - began_;
-    if (senders_.heard_robot()) {
-      if (waited > kListen && talk_.greeted())
-        for (const std::string& words : missing_publishers(profile_, others)) talk_.say_once(words);
-      const BusTopic commands = command_use(profile_).name;
-      const bool hears = std::ranges::any_of(others, [&](const BusEndpoint& other) {
-        return !other.publishes && other.name.topic == commands.topic && other.name.type == commands.type;
-      });
-      if (publisher_ && now - advertised_ > kListen && !hears)
-        talk_.say_once(
-            fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
-      return {};
-    }
-    const std::string where = why_nothing_came(misfits.empty(), others) + searched(bus_options_, *bus_);
-    if (waited >= options_.give_up_after)
-      return fail(
-          ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
-          {.source = "ROS 2"},
-          (others.empty() ? std::string()
-                          : "Is the topic's name in the profile right (`waymark ros2 topic list`)? ") +
-              "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?");
-    if (waited >= options_.report_after)
-      talk_.say_once(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
+  Status look() override {
+    others_ = bus_->endpoints();
+    for (const std::string& words : mismatches(uses_, others_)) talk().say_once(words);
+    if (Status status = take_compressed(); !status) return status;
+    if (senders_.heard_robot()) say_what_is_missing();
     return {};
+  }
+
+  void say_what_is_missing() {
+    if (waited() > kListen && greeted())
+      for (const std::string& words : missing_publishers(profile_, others_)) talk().say_once(words);
+    const BusTopic commands = command_use(profile_).name;
+    const bool hears = std::ranges::any_of(others_, [&](const BusEndpoint& other) {
+      return !other.publishes && other.name.topic == commands.topic && other.name.type == commands.type;
+    });
+    if (publisher_ && steady_now() - advertised_ > kListen && !hears)
+      talk().say_once(
+          fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
+  }
+
+  bool waits() const override { return !senders_.heard_robot(); }
+
+  Unheard unheard() override {
+    const std::string where = why_nothing_came() + searched(bus_options_, *bus_);
+    return {
+        .report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where),
+        .gave_up = fail(
+            ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
+            {.source = "ROS 2"},
+            (others_.empty() ? std::string()
+                             : "Is the topic's name in the profile right (`waymark ros2 topic list`)? ") +
+                "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?")};
   }
 
   [[nodiscard]] bool waits_for_clock() const { return profile_.use_sim_time && !bridge_.simulated_time(); }
 
-  [[nodiscard]] std::string why_nothing_came(bool fits, const std::vector<BusEndpoint>& others) const {
-    if (waits_for_clock() && !is_published("/clock", others))
+  [[nodiscard]] std::string why_nothing_came() const {
+    if (waits_for_clock() && !is_published("/clock", others_))
       return "nobody publishes /clock, whose time the profile asks for (use_sim_time); ";
     if (waits_for_clock()) return "no time came on /clock (use_sim_time); ";
-    return fits && is_published(profile_.odometry_topic, others) ? kNothingArrives : "";
+    const bool fits = mismatches(uses_, others_).empty();
+    return fits && is_published(profile_.odometry_topic, others_) ? kNothingArrives : "";
   }
 
   Ros2Profile profile_;
   std::string name_;
   BusOptions bus_options_;
-  const RobotWire& wire_;
-  RobotTalk talk_;
   Ros2RobotOptions options_;
   RobotBridge bridge_;
   std::vector<TopicUse> uses_;
@@ -277,19 +267,19 @@ class Ros2Robot {
   PublisherNames names_{};
   std::optional<std::size_t> publisher_{};
   Duration advertised_{};
-  bool listens_ = false;                                     ///< somebody else drives
   std::size_t commands_ = 0;                                 ///< subscription of what others command
   std::map<std::size_t, Ros2Subscription> subscriptions_{};  ///< by number
   bool compressed_ = false;
-  Duration began_{};
-  Duration next_look_{};
+  std::vector<BusEndpoint> others_{};  ///< at the newest look()
 };
 
 }  // namespace
 
 Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
                       const BusOptions& bus_options, const RobotWire& wire, const Ros2RobotOptions& options) {
-  return Ros2Robot(profile, robot, bus_options, wire, options).run();
+  Ros2Robot process(profile, robot, bus_options, wire, options);
+  if (Status joined = process.join(); !joined) return joined;
+  return process.run();
 }
 
 }  // namespace waymark

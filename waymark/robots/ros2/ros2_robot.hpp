@@ -5,14 +5,11 @@
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/process/robot_wire.hpp"
 #include "waymark/robots/ros2/profile.hpp"
-#include "waymark/robots/wire/robot_talk.hpp"
 
 namespace waymark {
 
 struct Ros2RobotOptions {
-  bool share_commands = false;                      ///< drive although another program sends commands
-  Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
-  Duration give_up_after = std::chrono::seconds(12);
+  bool share_commands = false;  ///< drive although another program sends commands
 };
 
 /// What a user says of such a process.

@@ -1,11 +1,9 @@
 #include "waymark/robots/wire/robot_talk.hpp"
 
-#include "waymark/robots/process/robot_messages.hpp"
-
 namespace waymark {
 
-void RobotTalk::greet(const std::string& robot_name, bool simulated_time, bool simulated) {
-  write({to_line(RobotHello{.name = robot_name, .simulated_time = simulated_time, .simulated = simulated})});
+void RobotTalk::greet(const RobotHello& hello) {
+  write({to_line(hello)});
   greeted_ = true;
 }
 

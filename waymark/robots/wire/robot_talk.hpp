@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/robots/process/robot_messages.hpp"
 #include "waymark/robots/process/robot_wire.hpp"
 
 namespace waymark {
@@ -15,8 +16,8 @@ class RobotTalk {
   /// `wire` outlives this.
   explicit RobotTalk(const RobotWire& wire) : wire_(wire) {}
 
-  /// The first line. `simulated_time`: as RobotHello has it.
-  void greet(const std::string& robot_name, bool simulated_time = false, bool simulated = false);
+  /// The first line.
+  void greet(const RobotHello& hello);
   void write(const std::vector<std::string>& lines);
   void say(const std::string& words);
   /// The same, but for what was said so already.

@@ -27,7 +27,7 @@ TEST(RobotTalk, WordsGoToThePersonUntilTheHelloAndThenDownTheWire) {
   talk.say("no odometry yet");
   EXPECT_THAT(said, ElementsAre("no odometry yet"));
   EXPECT_THAT(sent, SizeIs(0));
-  talk.greet("limo");
+  talk.greet({.name = "limo"});
   talk.say_once("the battery is low");
   talk.say_once("the battery is low");
   EXPECT_THAT(said, SizeIs(1));
