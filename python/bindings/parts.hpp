@@ -156,8 +156,8 @@ void parts(Like<ReplayStep> auto& value, auto&& apply) {
 
 // What a lap becomes.
 void parts(Like<OdometryScales> auto& value, auto&& apply) {
-  auto& [distance, yaw, slip_s, latency_s, turn_lead_s, yaw_bias_rad_s] = value;
-  apply(distance, yaw, slip_s, latency_s, turn_lead_s, yaw_bias_rad_s);
+  auto& [distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s] = value;
+  apply(distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s);
 }
 void parts(Like<LoopClosure> auto& value, auto&& apply) {
   auto& [tag, away_s, way_m, before_m, before_rad, after_m] = value;

@@ -345,7 +345,7 @@ class Riekf {
   [[nodiscard]] Block innovation(const Linearised& a, const Reach& of_a, const Linearised& b,
                                  const Reach& of_b) const;
   [[nodiscard]] Eigen::Matrix<double, 8, 3> H_of(const Linearised& z) const;
-  [[nodiscard]] Eigen::Matrix<double, 8, 1> H_latency(const Linearised& z) const;
+  [[nodiscard]] Eigen::Matrix<double, 8, 1> H_camera_latency(const Linearised& z) const;
   [[nodiscard]] auto block(int landmark) const {
     return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1));
   }

@@ -356,7 +356,7 @@ struct Group {
 };
 
 constexpr std::array kGroups{Group{Suspect::Mounting, 0, 6}, Group{Suspect::Scale, 6, 1},
-                             Group{Suspect::Latency, 7, 1}};
+                             Group{Suspect::CameraLatency, 7, 1}};
 /// Of the numbers of a sensor [m, rad, 1, s]: smaller errors do no harm that the stated covariance would not
 /// cover.
 constexpr std::array kMatters{0.008, 0.008, 0.008, 0.01, 0.01, 0.01, 0.006, 0.01};
@@ -425,7 +425,7 @@ std::string words_of(const SystematicVerdict& verdict, bool corners) {
           "with `calibration`",
           corners ? "focal length, or wrong tag sizes" : "scale of the measured distances", 100 * v[6],
           corners ? "camera" : "robot");
-    case Suspect::Latency:
+    case Suspect::CameraLatency:
       return fmt::format(
           "the innovations show a wrong camera latency: by about {:+.0f} ms. Run `waymark calibrate "
           "robot` and "

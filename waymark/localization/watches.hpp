@@ -200,7 +200,7 @@ class SystematicErrors {
 };
 
 /// What innovations show to be wrong.
-enum class Suspect : std::uint8_t { Mounting, Scale, Latency };
+enum class Suspect : std::uint8_t { Mounting, Scale, CameraLatency };
 
 struct SystematicVerdict {
   Suspect suspect = Suspect::Mounting;

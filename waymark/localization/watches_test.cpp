@@ -198,9 +198,10 @@ TEST(SystematicErrors, AreNotSeenWhereThereAreNone) {
 }
 
 TEST(SystematicErrors, AreNamedAndTheCovarianceCoversThem) {
-  const std::array<std::pair<Mistake, Suspect>, 3> cases{{{wrong_mounting(), Suspect::Mounting},
-                                                          {{.focal_scale = 1.03}, Suspect::Scale},
-                                                          {{.latency_s = 0.06}, Suspect::Latency}}};
+  const std::array<std::pair<Mistake, Suspect>, 3> cases{
+      {{wrong_mounting(), Suspect::Mounting},
+       {{.focal_scale = 1.03}, Suspect::Scale},
+       {{.camera_latency_s = 0.06}, Suspect::CameraLatency}}};
   for (const auto& [truth, suspect] : cases) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       const MistakenDrive log = mistaken_drive(truth, 60, seed);
@@ -219,7 +220,7 @@ TEST(SystematicErrors, HaveTheSizeThatTheInnovationsTell) {
   const FilterOutcome focal = filtered(mistaken_drive({.focal_scale = 1.03}, 60, 1));
   ASSERT_TRUE(focal.suspect);
   EXPECT_NEAR(focal.suspect->fit.value[6], 0.03, 0.006);
-  const FilterOutcome late = filtered(mistaken_drive({.latency_s = 0.06}, 60, 1));
+  const FilterOutcome late = filtered(mistaken_drive({.camera_latency_s = 0.06}, 60, 1));
   ASSERT_TRUE(late.suspect);
   EXPECT_NEAR(late.suspect->fit.value[7], 0.06, 0.02);
 }

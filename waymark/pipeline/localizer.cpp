@@ -63,7 +63,7 @@ Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const Local
       setup.method == LocalizationKind::Ekf ? ErrorState::Coordinates : ErrorState::RightInvariant;
   auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.sensor, setup.filter, error);
   if (setup.live) {
-    filter->estimate_latency();
+    filter->estimate_camera_latency();
     filter->tracker().believe_standstill();
   }
   if (setup.method == LocalizationKind::Smoother) filter->tracker().keep_trace();

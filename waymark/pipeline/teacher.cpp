@@ -173,7 +173,7 @@ void Teacher::receive(SensorTime stamp, bool is_frame) {
   const bool goes_on = !newest_frame_ || stamp >= *newest_frame_;
   if (is_frame) newest_frame_ = stamp;
   if (since_s < -kJumpSeconds && goes_on && is_frame) {
-    counters_.late_pictures_s = std::max(counters_.late_pictures_s, -since_s);
+    counters_.image_arrival_delay_s = std::max(counters_.image_arrival_delay_s, -since_s);
     return;
   }
   if (since_s < -kJumpSeconds) counters_.clock_back_s = std::max(counters_.clock_back_s, -since_s);
@@ -221,12 +221,12 @@ void Teacher::judge_stamps(TeachSummary& summary) const {
         "odometry jumped {}, as it does when the robot is restarted or its odometry is set back: how "
         "the robot moved meanwhile is not known, drive the lap again",
         counted(summary.odometry_jumps, "time")));
-  if (summary.late_pictures_s > 0)
+  if (summary.image_arrival_delay_s > 0)
     summary.warnings.push_back(
         fmt::format("pictures came up to {:.2f} s later than odometry of the same time: a replay would drive "
                     "by what is long "
                     "past, look for the delay between the camera and this program",
-                    summary.late_pictures_s));
+                    summary.image_arrival_delay_s));
   if (summary.longest_silence_s > kJumpSeconds)
     summary.warnings.push_back(fmt::format(
         "nothing was heard of camera and odometry for {:.2f} s: they failed, or their clock jumped "

@@ -85,7 +85,8 @@ struct TeachSummary {
   double clock_back_s = 0;       ///< how far the sensors' clock went back, at most
   double longest_silence_s = 0;  ///< without any sample at all
   int odometry_jumps = 0;        ///< where odometry was set back (odometry_jumped())
-  double late_pictures_s = 0;    ///< how far tags came behind the odometry of their time, where that is long
+  double image_arrival_delay_s =
+      0;  ///< how far tags came behind the odometry of their time, where that is long
   /// A map can be made: the anchor and another tag were seen, clock and odometry held, and the loop is closed
   /// where it was meant to be, or half a metre was driven where it was not.
   bool mappable = false;

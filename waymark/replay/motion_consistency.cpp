@@ -159,11 +159,11 @@ struct Fit {
 };
 
 std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const HeadingAt> odometry,
-                       double delay_s, double most_s) {
+                       double camera_latency_s, double max_latency_s) {
   LineSums sums;
   for (const HeadingAt& seen : pictures) {
-    if (!heading_at(odometry, seen.time_s - most_s)) continue;  // the same pictures for all delays
-    const auto turned = heading_at(odometry, seen.time_s - delay_s);
+    if (!heading_at(odometry, seen.time_s - max_latency_s)) continue;  // the same pictures for all latencies
+    const auto turned = heading_at(odometry, seen.time_s - camera_latency_s);
     if (!turned) continue;
     const double x = *turned - odometry.front().yaw_rad;
     const double y = seen.yaw_rad - pictures.front().yaw_rad;
@@ -186,25 +186,28 @@ std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const Head
 
 }  // namespace
 
-std::optional<PictureDelay> find_delay(std::span<const HeadingAt> pictures,
-                                       std::span<const HeadingAt> odometry, double most_s) {
+std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> pictures,
+                                                    std::span<const HeadingAt> odometry,
+                                                    double max_latency_s) {
   constexpr double kStep_s = 0.02;
   constexpr double kLeastScale = 0.15;
-  constexpr double kTelling_rad = 0.03;  // what a delay must explain
+  constexpr double kTelling_rad = 0.03;  // what a latency must explain
   constexpr double kBetter = 3;
-  const auto undelayed = fit(pictures, odometry, 0, most_s);
-  if (!undelayed || undelayed->rms_rad < kTelling_rad) return std::nullopt;
-  PictureDelay best{.rms_rad = undelayed->rms_rad, .rms_undelayed_rad = undelayed->rms_rad};
-  double scale = undelayed->scale;
-  for (double delay_s = kStep_s; delay_s < most_s; delay_s += kStep_s) {
-    const auto found = fit(pictures, odometry, delay_s, most_s);
+  const auto without_latency = fit(pictures, odometry, 0, max_latency_s);
+  if (!without_latency || without_latency->rms_rad < kTelling_rad) return std::nullopt;
+  CameraLatencyFit best{.rms_rad = without_latency->rms_rad,
+                        .rms_without_latency_rad = without_latency->rms_rad};
+  double scale = without_latency->scale;
+  for (double camera_latency_s = kStep_s; camera_latency_s < max_latency_s; camera_latency_s += kStep_s) {
+    const auto found = fit(pictures, odometry, camera_latency_s, max_latency_s);
     if (!found || found->rms_rad >= best.rms_rad) continue;
-    best.delay_s = delay_s;
+    best.camera_latency_s = camera_latency_s;
     best.rms_rad = found->rms_rad;
     scale = found->scale;
   }
-  const bool ends = best.delay_s + 2 * kStep_s > most_s;  // a longer one may fit better yet
-  if (ends || scale < kLeastScale || kBetter * best.rms_rad > best.rms_undelayed_rad) return std::nullopt;
+  const bool ends = best.camera_latency_s + 2 * kStep_s > max_latency_s;  // a longer one may fit better yet
+  if (ends || scale < kLeastScale || kBetter * best.rms_rad > best.rms_without_latency_rad)
+    return std::nullopt;
   return best;
 }
 
@@ -491,14 +494,14 @@ std::string to_words(const Contradiction& found) {
         "it "
         "stand still? Look at the robot, then resume",
         name_of(found.one), found.repeats_s);
-  if (found.late_s > 0)
+  if (found.camera_latency_s > 0)
     return fmt::format(
         "turns seen by tags follow those of the {} by {:.2f} s: the pictures are stamped too late. Stamp "
         "them "
         "with the middle of their exposure, or give their delay (`camera_latency_s`). Look at the robot, "
         "then "
         "resume",
-        name_of(found.one), found.late_s);
+        name_of(found.one), found.camera_latency_s);
   const auto amount = [&](double moved) {
     return found.turning ? fmt::format("{:.0f} deg", to_degrees(moved)) : fmt::format("{:.2f} m", moved);
   };
@@ -755,7 +758,7 @@ void MotionConsistency::forget() {
   carried_.reset();
   forget_pictures();
   headings_.clear();
-  late_.reset();
+  latency_contradiction_.reset();
 }
 
 void MotionConsistency::forget_pictures() {
@@ -798,32 +801,32 @@ void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {
   if (!headings_.empty() && time_s - headings_.back().time_s > kUnseen_s) headings_.clear();
   const double before = headings_.empty() ? yaw_rad : headings_.back().yaw_rad;
   headings_.push_back({time_s, before + straight(yaw_rad - before)});
-  look_for_delay();
+  look_for_camera_latency();
 }
 
 /// Now and then: whether turns seen by tags follow those of odometry.
-void MotionConsistency::look_for_delay() {
+void MotionConsistency::look_for_camera_latency() {
   constexpr std::size_t kEvery = 8;
   constexpr std::size_t kKept = 120;
-  constexpr double kMost_s = 0.8;
+  constexpr double kMaxCameraLatency_s = 0.8;
   constexpr double kBeyondNoise = 3;
   if (headings_.size() < kKept) return;
   std::vector<HeadingAt> turned;
   const bool gyro = sums_.scales().gyro;
   for (const StampedSums& at : sums_.history())
     turned.push_back({to_seconds(at.stamp - *sums_.zero()), gyro ? at.sums.gyro_rad : at.sums.wheels_rad});
-  const auto found = find_delay(headings_, turned, kMost_s);
+  const auto found = find_camera_latency(headings_, turned, kMaxCameraLatency_s);
   headings_.erase(headings_.begin(), headings_.begin() + kEvery);
-  if (!found || found->delay_s < options_.late_pictures_s) return;
-  // A random walk of turns by wheels fits one delay or another better, too.
+  if (!found || found->camera_latency_s < options_.late_pictures_s) return;
+  // A random walk of turns by wheels fits one latency or another better, too.
   const double path_m = sums_.history().back().sums.path_m - sums_.history().front().sums.path_m;
   const double walk_rad = gyro ? 0.0 : sums_.scales().turn_noise_sqrt_m * std::sqrt(path_m / 6);
-  if (found->rms_undelayed_rad < kBeyondNoise * walk_rad) return;
-  late_ = Contradiction{.one = gyro ? MotionSource::Gyro : MotionSource::Wheels,
-                        .other = MotionSource::Tags,
-                        .turning = true,
-                        .apart = found->rms_undelayed_rad,
-                        .late_s = found->delay_s};
+  if (found->rms_without_latency_rad < kBeyondNoise * walk_rad) return;
+  latency_contradiction_ = Contradiction{.one = gyro ? MotionSource::Gyro : MotionSource::Wheels,
+                                         .other = MotionSource::Tags,
+                                         .turning = true,
+                                         .apart = found->rms_without_latency_rad,
+                                         .camera_latency_s = found->camera_latency_s};
 }
 
 /// The newest picture before a moment; nothing where pictures were missing then, or are since.
@@ -890,7 +893,7 @@ std::optional<Contradiction> MotionConsistency::contradiction() const {
                                                {}, &MotionSample::moving_s);
   if (auto found = find_contradiction({newest, samples.end()}, sums_.scales(), options_)) return found;
   if (pictured_) return pictured_;
-  if (late_) return late_;
+  if (latency_contradiction_) return latency_contradiction_;
   ConsistencyOptions longer = options_;
   longer.window_s = std::max(options_.window_s, kLongWindow_s);
   return find_contradiction({samples.begin(), samples.end()}, sums_.scales(), longer);

@@ -8,9 +8,9 @@
 namespace waymark {
 std::string ReplayWatch::alarm() const {
   if (!alarm_.empty()) return alarm_;
-  if (late_)
+  if (command_gap_)
     return fmt::format("no command was sent for {:.2f} s: this computer was busy, or a clock jumped",
-                       to_seconds(late_->to - late_->from));
+                       to_seconds(command_gap_->to - command_gap_->from));
   for (const auto& [camera, shown] : shown_) {
     if (!shown.frozen_words.empty()) return shown.frozen_words;
   }
@@ -29,28 +29,28 @@ void ReplayWatch::tick(SensorTime now) {
   if (tick_) {
     const double passed_s = to_seconds(now - *tick_);
     if (passed_s < 0) jumped(now - *tick_);
-    if (passed_s > options_.clock_jump_s) late_ = Gap{late_ ? late_->from : *tick_, now};
+    if (passed_s > options_.clock_jump_s) command_gap_ = Gap{command_gap_ ? command_gap_->from : *tick_, now};
   }
   tick_ = now;
-  settle();
+  decide_on_command_gap();
 }
 
 /// A clock that jumped has odometry jump as well; a computer that was late has not.
-void ReplayWatch::settle() {
-  if (!late_) return;
-  if (silent_ && silent_->overlaps(*late_)) {
-    jumped(late_->to - late_->from);
-    late_.reset();
-  } else if (odometry_ && to_seconds(late_->to - odometry_->stamp) < options_.clock_jump_s) {
-    late_.reset();
+void ReplayWatch::decide_on_command_gap() {
+  if (!command_gap_) return;
+  if (odometry_gap_ && odometry_gap_->overlaps(*command_gap_)) {
+    jumped(command_gap_->to - command_gap_->from);
+    command_gap_.reset();
+  } else if (odometry_ && to_seconds(command_gap_->to - odometry_->stamp) < options_.clock_jump_s) {
+    command_gap_.reset();
   }
 }
 
 void ReplayWatch::add(const Odometry& odometry) {
   if (odometry_ && to_seconds(odometry.stamp - odometry_->stamp) > options_.clock_jump_s)
-    silent_ = Gap{odometry_->stamp, odometry.stamp};
+    odometry_gap_ = Gap{odometry_->stamp, odometry.stamp};
   odometry_ = odometry;
-  settle();
+  decide_on_command_gap();
 }
 
 bool ReplayWatch::add(const TagFrame& frame) {
@@ -115,8 +115,8 @@ void ReplayWatch::forget() {
   alarm_.clear();
   for (auto& [camera, shown] : shown_) shown.frozen_words.clear();
   tick_.reset();
-  late_.reset();
-  silent_.reset();
+  command_gap_.reset();
+  odometry_gap_.reset();
   map_T_checked_.reset();
 }
 

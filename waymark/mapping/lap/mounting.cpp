@@ -90,12 +90,12 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   if (lap.bundle.odometry.empty()) return std::nullopt;
   BundlePose& cam = lap.bundle.poses[lap.cam];
   constexpr double kSlip_s = 0.1;
-  constexpr double kLatency_s = 0.1;
+  constexpr double kCameraLatency_s = 0.1;
   constexpr double kTurnLead_s = 0.03;
   constexpr double kYawBias_rad_s = 0.02;
   for (BundleScales& scales : lap.bundle.odometry_scales)
-    scales.sigma = {scales.sigma.distance, scales.sigma.yaw, kSlip_s, kLatency_s,
-                    kTurnLead_s,           kYawBias_rad_s};
+    scales.sigma = {scales.sigma.distance, scales.sigma.yaw, kSlip_s,
+                    kCameraLatency_s,      kTurnLead_s,      kYawBias_rad_s};
   const MountingBelief belief = given.value_or(MountingBelief{.base_T_cam = cam.value});
   if (cam.fixed) {
     cam.fixed = false;

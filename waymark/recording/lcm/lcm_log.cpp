@@ -240,7 +240,7 @@ class LcmLog final : public MessageLog {
 
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
     visited_.clear();
-    mbot::Samples samples(conventions_, options_.mbot_tag_latency, visited_, visit);
+    mbot::Samples samples(conventions_, options_.mbot_camera_latency, visited_, visit);
     Status status = visit_events(selection, [&](const lcm::Event& event) {
       return samples.add(event.channel, event.receive_us, event.payload);
     });
@@ -250,7 +250,7 @@ class LcmLog final : public MessageLog {
   using MessageLog::setup;
   Result<RecordingSetup> setup(const CameraChoice& /*choice*/) override {
     RecordingSetup setup;
-    setup.metadata["lcm"]["mbot_tag_latency_s"] = fmt::format("{}", to_seconds(options_.mbot_tag_latency));
+    setup.metadata["lcm"]["mbot_tag_latency_s"] = fmt::format("{}", to_seconds(options_.mbot_camera_latency));
     for (const LogProblem& problem : problems()) setup.problems.push_back(problem.error);
     return setup;
   }

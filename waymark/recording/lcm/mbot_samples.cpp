@@ -232,13 +232,13 @@ Conventions Survey::conventions() const {
 
 void Samples::note_tag_traps(const TagArray& array) {
   const std::uint64_t count = array.tags.size();
-  if (tag_latency_.count() != 0) {
+  if (camera_latency_.count() != 0) {
     problems_.trap("mbot.publish_stamps", [&] {
       return tag_words(
           fmt::format(
               "tags are stamped when they are published: {:.0f} ms are taken off for the middle of the "
               "exposure",
-              to_seconds(tag_latency_) * 1e3),
+              to_seconds(camera_latency_) * 1e3),
           "Measure it for another robot and say so: `tag_latency_s`.");
     });
   }
@@ -304,7 +304,7 @@ Status Samples::on_tags(std::string_view channel, std::int64_t receive_us, ByteS
   const auto array = decode<TagArray>(payload);
   if (!array) return undecodable(channel);
   note_tag_traps(*array);
-  TagPoseFrame frame{.stamp = stamp(array->utime, receive_us) - tag_latency_};
+  TagPoseFrame frame{.stamp = stamp(array->utime, receive_us) - camera_latency_};
   for (const Tag& tag : array->tags) {
     if (auto pose = seen(tag)) frame.tags.push_back(*std::move(pose));
   }
