@@ -100,6 +100,8 @@ struct MotionNoise {
 /// one; all else is the same.
 struct RiekfOptions {
   MotionNoise motion{};
+  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px): weighs them against the predicted
+  /// pose. corner_noise_ratio scales it, and the covariances of detections as well.
   double corner_sigma_px = 0.3;
   double corner_noise_ratio = 1;
   double tag_sigma_m = 0.002;

@@ -108,7 +108,7 @@ class Placer {
   [[nodiscard]] const std::vector<Hypothesis>& squares(std::size_t term) {
     if (options_.squares != nullptr) return (*options_.squares)[term];
     auto& at = squares_[term];
-    if (!at) at = internal::poses_of_square(bundle_, bundle_.corners[term], options_.corner_sigma_px);
+    if (!at) at = internal::poses_of_square(bundle_, bundle_.corners[term], options_.two_poses_sigma_px);
     return *at;
   }
 
@@ -235,7 +235,7 @@ std::vector<Vote<SE3>> votes_for(const Bundle& bundle, const std::vector<Appeara
       sets[i] = &values[i];
     }
     Vote<SE3> vote =
-        vote_for(at.role, sets, internal::poses_of_square(bundle, term, options.corner_sigma_px));
+        vote_for(at.role, sets, internal::poses_of_square(bundle, term, options.two_poses_sigma_px));
     if (!vote.empty()) votes.push_back(std::move(vote));
   }
   return votes;

@@ -174,7 +174,7 @@ class Search {
     if (options_.model == SceneModel::Waymark) {
       squares.reserve(bundle.corners.size());
       for (const CornerTerm& term : bundle.corners)
-        squares.push_back(internal::poses_of_square(bundle, term, options.corner_sigma_px));
+        squares.push_back(internal::poses_of_square(bundle, term, options.two_poses_sigma_px));
       const internal::Confirmation confirmation = confirm(squares);
       for (std::size_t i = 0; i < bundle.corners.size(); ++i)
         bundle.corners[i].doubtful = confirmation.doubtful[i] != 0;
