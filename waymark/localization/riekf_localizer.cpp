@@ -144,7 +144,7 @@ void RiekfLocalizer::add(const TagFrame& frame) {
     mapped_ += known ? 1 : 0;
     other_family_ += !known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0 ? 1 : 0;
     if (!observation) continue;
-    if (slot->count < FrameObservations::kMost)
+    if (slot->count < FrameObservations::kMaxObservations)
       slot->seen[slot->count++] = *observation;
     else
       ++crowded_;
@@ -174,7 +174,8 @@ void RiekfLocalizer::add(const TagPoseFrame& frame) {
     const auto observation =
         observation_of(seen, tracker_.landmarks(), tracker_.mounted_sensor(), tracker_.options(), camera);
     mapped_ += tracker_.landmarks().find(seen.tag) >= 0 ? 1 : 0;
-    if (observation && slot->count < FrameObservations::kMost) slot->seen[slot->count++] = *observation;
+    if (observation && slot->count < FrameObservations::kMaxObservations)
+      slot->seen[slot->count++] = *observation;
   }
   cover(stamp);
   run();
@@ -197,7 +198,8 @@ void RiekfLocalizer::add(const RangeBearing& seen) {
     if (open_ == nullptr) return;
     open_->sealed = false;
   }
-  if (observation && open_->count < FrameObservations::kMost) open_->seen[open_->count++] = *observation;
+  if (observation && open_->count < FrameObservations::kMaxObservations)
+    open_->seen[open_->count++] = *observation;
 }
 
 void RiekfLocalizer::add(const Odometry& odometry) {

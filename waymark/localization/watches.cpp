@@ -175,8 +175,8 @@ MotionStep SuddenHalt::advance(MotionStep step) {
     return step;
   }
   const double period_s = step.dt_s / step.share;
-  doubted_ = doubted_ || (speed_m_s_ > kHaltSlow_m_s && speed_m_s_ > kHardestStop_m_s2 * period_s);
-  if (!doubted_) {
+  suspected_ = suspected_ || (speed_m_s_ > kHaltSlow_m_s && speed_m_s_ > kHardestStop_m_s2 * period_s);
+  if (!suspected_) {
     speed_m_s_ = 0;
     return step;
   }
@@ -190,7 +190,7 @@ MotionStep SuddenHalt::advance(MotionStep step) {
 }
 
 void SuddenHalt::observe_correction(double moved_m) {
-  if (!doubted_) return;
+  if (!suspected_) return;
   const bool stands = since_s_ > kHaltMoment_s && moved_m < kHaltStands * speed_m_s_ * since_s_;
   if (stands) *this = {};
   since_s_ = 0;
@@ -388,7 +388,7 @@ double explained_alone(const SystematicErrors& errors, const Group& group) {
 
 }  // namespace
 
-std::optional<SystematicVerdict> judge_systematic(const SystematicErrors& errors) {
+std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors) {
   const auto fit = errors.fit(prior_of_any_robot());
   if (!fit) return std::nullopt;
   constexpr double kSignificant = 30;

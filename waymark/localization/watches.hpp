@@ -79,10 +79,10 @@ class TagWatch {
 /// robot may go on as fast as it went. Until tags have said that it stands, its way is uncertain by as much.
 class SuddenHalt {
  public:
-  /// The step with the variance that the doubt adds: of the position, and of the heading where no gyro tells
-  /// of it. Constant time.
+  /// The step with the variance that the suspicion adds: of the position, and of the heading where no gyro
+  /// tells of it. Constant time.
   [[nodiscard]] MotionStep advance(MotionStep step);
-  [[nodiscard]] bool doubted() const { return doubted_; }
+  [[nodiscard]] bool suspected() const { return suspected_; }
   /// Tags of a picture corrected the position by so much: by almost nothing where the robot stands.
   void observe_correction(double moved_m);
 
@@ -90,7 +90,7 @@ class SuddenHalt {
   double speed_m_s_ = 0;  ///< of the last step that told of a way
   double yaw_rate_rad_s_ = 0;
   double since_s_ = 0;  ///< the halt, or the newest picture with tags after it
-  bool doubted_ = false;
+  bool suspected_ = false;
 };
 
 /// Do residuals of one landmark average away as fast as the filter believes? The mean of n whitened residuals
@@ -212,7 +212,7 @@ struct SystematicVerdict {
 
 /// Wald tests of mounting, scale and latency, each beside the others; the one that alone explains most is the
 /// suspect. Nothing when none is significant and large enough to matter.
-[[nodiscard]] std::optional<SystematicVerdict> judge_systematic(const SystematicErrors& errors);
+[[nodiscard]] std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors);
 /// The suspect with its size, and the command that mends it.
 [[nodiscard]] std::string words_of(const SystematicVerdict& verdict, bool corners);
 

@@ -64,7 +64,7 @@ Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const Local
   auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.sensor, setup.filter, error);
   if (setup.live) {
     filter->estimate_camera_latency();
-    filter->tracker().believe_standstill();
+    filter->tracker().trust_standstill();
   }
   if (setup.method == LocalizationKind::Smoother) filter->tracker().keep_trace();
   return std::unique_ptr<LocalizationMethod>(std::move(filter));

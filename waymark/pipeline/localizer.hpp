@@ -28,7 +28,7 @@ struct LocalizerSetup {
   RiekfOptions filter{};
   AnchorOptions anchor{};
   /// A robot drives by it: the latency is estimated meanwhile (RiekfLocalizer::estimate_camera_latency()),
-  /// and who moved a robot that stands is for the replay to judge (Tracker::believe_standstill()).
+  /// and who moved a robot that stands is for the replay to judge (Tracker::trust_standstill()).
   bool live = false;
 };
 
