@@ -87,7 +87,7 @@ Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& o
     return std::string();
   }
   setup.map_T_anchor = stance->map_T_anchor;
-  return in_words(*stance, setup.anchor);
+  return describe(*stance, setup.anchor);
 }
 
 /// The floor of the chain: where the robot drove.
@@ -107,7 +107,7 @@ Trajectory along_the_floor(const MappedLap& lap) {
 }
 
 /// A pose that was given for the anchor and how it leans in truth, where a person would see the difference.
-std::string lean_in_words(const TeachSetup& given, const MappedTag& anchor) {
+std::string describe_lean(const TeachSetup& given, const MappedTag& anchor) {
   constexpr double kWorthSaying = to_radians(1);
   const double lean = tilt_between(given.map_T_anchor, anchor.map_T_tag);
   if (!given.anchor_pose_given || lean < kWorthSaying) return {};
@@ -219,7 +219,7 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   if (!lap) return lap;
   if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
   if (!stance->empty()) lap->warnings.push_back(*stance);
-  if (const std::string words = lean_in_words(given, *lap->map.find(setup.anchor)); !words.empty())
+  if (const std::string words = describe_lean(given, *lap->map.find(setup.anchor)); !words.empty())
     lap->warnings.push_back(words);
   if (options.method == MapMethod::Chain) lap->map.floor = driven_floor(lap->trajectory);
   Result<BuiltRoute> route = build_route(along_the_floor(*lap), options.route);

@@ -158,19 +158,19 @@ double exactness_beside_a_jump(const Bundle& bundle) {
   constexpr std::size_t kEnough = 30;
   constexpr double kFarOff = 50;
   constexpr double kMedianChi2 = 2.366;  // of chi-square with 3 degrees of freedom
-  constexpr double kMost = 30;
+  constexpr double kMaxExactness = 30;
   const std::vector<double> chi2 = wheel_chi2(bundle);
   if (chi2.size() < kEnough) return 1;
   const double worst = *std::ranges::max_element(chi2);
   const double usual = median(chi2);
   if (worst < kFarOff * usual) return 1;
-  return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMost);
+  return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMaxExactness);
 }
 
 /// Tags that contradict the solution often, those first that do most.
 std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
   constexpr int kOften = 8;
-  constexpr std::size_t kMost = 3;
+  constexpr std::size_t kMaxSuspects = 3;
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   std::map<PoseIndex, int> contradictions;
   for (std::size_t i = 0; i < chi2.size(); ++i) {
@@ -181,7 +181,7 @@ std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
     if (count >= kOften && !lap.is_held(tag)) tags.push_back(tag);
   }
   std::ranges::stable_sort(tags, std::greater<>{}, [&](PoseIndex tag) { return contradictions[tag]; });
-  tags.resize(std::min(tags.size(), kMost));
+  tags.resize(std::min(tags.size(), kMaxSuspects));
   return tags;
 }
 

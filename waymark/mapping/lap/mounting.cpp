@@ -50,7 +50,7 @@ PosePriorFactor prior_of(const MountingBelief& belief) {
 /// rise and sink. With heights as sure as a floor is even, the base is drawn to where they move least, which
 /// is nearer to the tags (the poses are unknowns that grow in number with the observations: Neyman and Scott,
 /// "Consistent estimates based on partially consistent observations", 1948). The force goes with the square.
-void doubt_heights(Bundle& bundle) {
+void loosen_heights(Bundle& bundle) {
   constexpr double kLess = 4;
   for (OnFloorTerm& term : bundle.on_floor) term.factor.height_sigma_m *= kLess;
 }
@@ -99,7 +99,7 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   const MountingBelief belief = given.value_or(MountingBelief{.base_T_cam = cam.value});
   if (cam.fixed) {
     cam.fixed = false;
-    doubt_heights(lap.bundle);
+    loosen_heights(lap.bundle);
     lap.bundle.priors.push_back({lap.cam, prior_of(belief)});
   }
   if (belief.focal_share > 0 && lap.bundle.intrinsics.empty())
