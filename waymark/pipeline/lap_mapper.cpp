@@ -274,9 +274,9 @@ struct Stance {
 /// seen face to face shows one of two poses, so that no mean of all means anything.
 Stance stance_of(const std::vector<SE3>& observations) {
   constexpr double kAgree = 0.35;
-  constexpr std::size_t kMost = 200;
+  constexpr std::size_t kMaxCandidates = 200;
   std::vector<SE3> some;
-  const std::size_t stride = observations.size() / kMost + 1;
+  const std::size_t stride = observations.size() / kMaxCandidates + 1;
   for (std::size_t i = 0; i < observations.size(); i += stride) some.push_back(observations[i]);
   std::vector<double> z;
   Stance stance;
@@ -327,7 +327,8 @@ Matrix6 tag_covariance(const SE3& map_T_tag, const MappedPoint& point, const Sta
   return from_coordinate_covariance(map_T_tag, P).covariance;
 }
 
-void say(const LandmarkMap& points, const std::map<TagId, TagId>& inner, std::vector<std::string>& words) {
+void warn_of_points(const LandmarkMap& points, const std::map<TagId, TagId>& inner,
+                    std::vector<std::string>& words) {
   const auto names = [](const auto& ids) {
     std::vector<std::string> list;
     list.reserve(ids.size());
@@ -389,7 +390,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
     result.lap.warnings.emplace_back(
         "the recording does not say how large its tags are, and poses do not need it: map.yaml says 0.1 m "
         "(`tag_size_m` says better)");
-  say(*points, inner, result.lap.warnings);
+  warn_of_points(*points, inner, result.lap.warnings);
   for (std::size_t i = 0; i < points->frames.size(); ++i) {
     result.lap.trajectory.push_back({lap.frames[points->frames[i]].stamp, lift(points->map_X_base[i])});
     Matrix6 P = Matrix6::Zero();

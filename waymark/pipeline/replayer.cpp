@@ -237,14 +237,14 @@ double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 :
 /// After more than a second without any sensor, or of a computer that was frozen or asleep, nobody knows what
 /// happened meanwhile: a person has to look.
 void Replayer::notice_silence(double dt_s) {
-  constexpr double kMost_s = 1.0;
-  if (dt_s > kMost_s && state_ != ReplayState::Waiting)
+  constexpr double kMaxSilence_s = 1.0;
+  if (dt_s > kMaxSilence_s && state_ != ReplayState::Waiting)
     silence_ = fmt::format(
         "no command was sent for {:.1f} s: this computer was busy. Look at the robot, then resume", dt_s);
   silent_s_ = std::exchange(received_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
-  if (silent_s_ > kMost_s && state_ != ReplayState::Waiting)
+  if (silent_s_ > kMaxSilence_s && state_ != ReplayState::Waiting)
     silence_ = fmt::format(
-        "no sensor sample was received for {:.1f} s or more: look at the robot, then resume", kMost_s);
+        "no sensor sample was received for {:.1f} s or more: look at the robot, then resume", kMaxSilence_s);
 }
 
 VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
@@ -281,7 +281,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   inputs.picture_age_s = age_s(now, newest_picture_, 0);
   inputs.blind_m = newest_accepted_ ? consistency_.path_m() - accepted_path_m_ : 0.0;
   inputs.taught_blind_m = route_.longest_without_tags_m.value_or(0);
-  if (inputs.blind_m > inputs.taught_blind_m) inputs.missed = words_of(missed_);
+  if (inputs.blind_m > inputs.taught_blind_m) inputs.missed = describe(missed_);
   if (scan_) {
     inputs.scan_age_s = to_seconds(now - scan_->stamp);
     const double curvature = std::abs(wanted.speed_m_s) > 1e-3
@@ -367,7 +367,7 @@ void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
                                  newest_accepted_ && *newest_accepted_ >= fix->stamp);
   }
   if (state_ == ReplayState::Waiting || !contradiction_.empty()) return;
-  if (const auto found = consistency_.contradiction()) contradiction_ = to_words(*found);
+  if (const auto found = consistency_.contradiction()) contradiction_ = describe(*found);
 }
 
 ReplayStep Replayer::step(SensorTime now) {

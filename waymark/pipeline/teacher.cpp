@@ -192,7 +192,7 @@ void Teacher::add(const Odometry& odometry) {
 }
 
 /// Which tags hang loosely on the others, or not at all, and what to do about it.
-void Teacher::judge_links(TeachSummary& summary) const {
+void Teacher::warn_of_links(TeachSummary& summary) const {
   summary.weak_links = links_.weak(kFewFrames);
   summary.unreachable = links_.unreachable(setup_.anchor);
   for (const TagLink& link : summary.weak_links) {
@@ -210,7 +210,7 @@ void Teacher::judge_links(TeachSummary& summary) const {
       names));
 }
 
-void Teacher::judge_stamps(TeachSummary& summary) const {
+void Teacher::warn_of_stamps(TeachSummary& summary) const {
   if (summary.clock_back_s > 0)
     summary.warnings.push_back(fmt::format(
         "the sensors' clock went back by {:.2f} s: what was seen before and after cannot be put in "
@@ -238,7 +238,7 @@ bool Teacher::long_enough(const TeachSummary& summary) const {
   return setup_.closed_route ? summary.closed_loop : summary.distance_m >= kShortestMetres;
 }
 
-void Teacher::judge_views(TeachSummary& summary) const {
+void Teacher::warn_of_views(TeachSummary& summary) const {
   const auto warn = [&](bool condition, std::string words) {
     if (condition) summary.warnings.push_back(std::move(words));
   };
@@ -281,9 +281,9 @@ TeachSummary Teacher::summary() const {
   summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
                      summary.clock_back_s == 0 && summary.odometry_jumps == 0 && long_enough(summary);
 
-  judge_views(summary);
-  judge_links(summary);
-  judge_stamps(summary);
+  warn_of_views(summary);
+  warn_of_links(summary);
+  warn_of_stamps(summary);
   return summary;
 }
 

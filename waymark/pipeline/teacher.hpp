@@ -128,9 +128,9 @@ class Teacher {
   void keep_sight(SensorTime stamp, const SE3& map_T_cam);
   [[nodiscard]] bool came_back(SensorTime since) const;
   void receive(SensorTime stamp, bool is_frame);
-  void judge_views(TeachSummary& summary) const;
-  void judge_links(TeachSummary& summary) const;
-  void judge_stamps(TeachSummary& summary) const;
+  void warn_of_views(TeachSummary& summary) const;
+  void warn_of_links(TeachSummary& summary) const;
+  void warn_of_stamps(TeachSummary& summary) const;
   [[nodiscard]] bool long_enough(const TeachSummary& summary) const;
 
   TeachSetup setup_;

@@ -100,7 +100,7 @@ double turn_of_bias(const Cut& cut) {
 
 /// What scale and noise make of the difference of the turns by odometry, by gyro where there is one, and by
 /// tags [rad]. Errors that are independent of each other add up as their squares, here and below.
-double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
+double turn_uncertainty(const Cut& cut, const MotionScales& scales) {
   constexpr double kGyroShare = 0.05;
   const double turned = cut.to.turned_rad - cut.from.turned_rad;
   const double noise = scales.sigmas * yaw_sigma(cut);
@@ -110,7 +110,7 @@ double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
 
 /// What a wrong scale, a wrong heading at the beginning and the noise of both poses make of the difference of
 /// the ways by tags and by odometry, along a direction of the base at the beginning [m].
-double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
+double distance_uncertainty(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
   const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
   const Eigen::Vector2d across(-way.y(), way.x());
   constexpr double kEvenly = 0.58;  // of a random walk over the way: 1 / sqrt(3)
@@ -289,7 +289,7 @@ std::optional<Contradiction> turns_and_tags(const Cuts& cuts, const MotionScales
                                             const ConsistencyOptions& options) {
   const Cut& all = cuts.whole;
   const auto difference = [](const Cut& c) { return straight(turned_by_tags(c) - turned_by_odometry(c)); };
-  const double limit = options.contradiction_rad + doubt_of_turn(all, scales);
+  const double limit = options.contradiction_rad + turn_uncertainty(all, scales);
   if (!lasts(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                       .other = MotionSource::Tags,
@@ -310,7 +310,7 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
     const double turn = straight(c.from.map_T_base.yaw() - all.from.map_T_base.yaw());
     return direction.dot(Eigen::Rotation2Dd(turn) * apart(c));
   };
-  const double limit = options.contradiction_m + doubt_of_way(all, direction, scales);
+  const double limit = options.contradiction_m + distance_uncertainty(all, direction, scales);
   const Eigen::Vector2d map_direction = all.from.map_T_base.rotation() * direction;
   const auto deviation = [&](const Cut& c) { return position_sigma(c, map_direction); };
   if (whole.norm() <= limit || !lasts(cuts, limit, difference, deviation)) return std::nullopt;
@@ -340,7 +340,7 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
   const double by_odometry = turned_by_odometry(cut);
   const double apart_rad =
       scales.gyro ? std::abs(straight(by_tags - by_odometry)) : beyond(by_tags, by_odometry);
-  if (!(apart_rad > options.pushed_rad + doubt_of_turn(cut, scales))) return std::nullopt;
+  if (!(apart_rad > options.pushed_rad + turn_uncertainty(cut, scales))) return std::nullopt;
   return Contradiction{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                        .other = MotionSource::Tags,
                        .turning = true,
@@ -354,9 +354,9 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
 std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& scales,
                                             const ConsistencyOptions& options) {
   if (!scales.gyro) return std::nullopt;
-  constexpr double kMostGain = 1.3;
+  constexpr double kMaxGain = 1.3;
   constexpr double kRamp_s = 0.15;
-  const double commanded = kMostGain * (cut.to.commanded_rad - cut.from.commanded_rad);
+  const double commanded = kMaxGain * (cut.to.commanded_rad - cut.from.commanded_rad);
   const double turned = cut.to.gyro_rad - cut.from.gyro_rad;
   const double apart_rad = beyond(turned, commanded);
   const double ramp_rad = kRamp_s * (cut.to.ramp_rad_s - cut.from.ramp_rad_s);
@@ -365,7 +365,7 @@ std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& 
                        .other = MotionSource::Gyro,
                        .turning = true,
                        .carried = true,
-                       .one_moved = commanded / kMostGain,
+                       .one_moved = commanded / kMaxGain,
                        .other_moved = turned,
                        .apart = apart_rad};
 }
@@ -379,11 +379,11 @@ std::optional<Contradiction> pushed(const Cut& cut, const MotionScales& scales,
   const Eigen::Vector2d rest = by_tags - share * by_odometry;
   const Eigen::Vector2d whole = by_tags - by_odometry;
   constexpr double kSudden = 1.8;  // what need not last may be a tag that hangs elsewhere
-  const auto doubt = [&](const Eigen::Vector2d& way) {
-    return kSudden * doubt_of_way(cut, way.normalized(), scales);
+  const auto uncertainty = [&](const Eigen::Vector2d& way) {
+    return kSudden * distance_uncertainty(cut, way.normalized(), scales);
   };
-  const bool slipped = whole.norm() > options.slipped_m + doubt(whole);
-  const bool carried = rest.norm() > options.pushed_m + doubt(rest);
+  const bool slipped = whole.norm() > options.slipped_m + uncertainty(whole);
+  const bool carried = rest.norm() > options.pushed_m + uncertainty(rest);
   if (!carried && !slipped) return std::nullopt;
   return Contradiction{.one = MotionSource::Wheels,
                        .other = MotionSource::Tags,
@@ -487,7 +487,7 @@ std::string explanation(const Contradiction& found) {
 
 }  // namespace
 
-std::string to_words(const Contradiction& found) {
+std::string describe(const Contradiction& found) {
   if (found.repeats_s > 0)
     return fmt::format(
         "the {} has repeated the same value for {:.1f} s while the robot was asked to turn otherwise: does "

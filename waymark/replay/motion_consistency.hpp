@@ -160,7 +160,7 @@ struct Contradiction {
                                                       double stood_s, const ConsistencyOptions& options);
 
 /// One sentence that names the pair.
-[[nodiscard]] std::string to_words(const Contradiction& found);
+[[nodiscard]] std::string describe(const Contradiction& found);
 
 /// Two samples this far apart have a gap between them [s].
 constexpr double kMotionGap_s = 0.3;

@@ -218,7 +218,7 @@ TEST(MotionConsistency, APushIsWhatSlippingWheelsCannotExplain) {
     const auto found = push(with(tags));
     ASSERT_TRUE(found) << tags.transpose();
     EXPECT_TRUE(found->carried);
-    EXPECT_NE(to_words(*found).find("was the robot carried"), std::string::npos);
+    EXPECT_NE(describe(*found).find("was the robot carried"), std::string::npos);
   }
   const auto turned = push(with({0.3, 0, 0.35}));
   ASSERT_TRUE(turned) << "nobody asked it to turn";
@@ -237,7 +237,7 @@ TEST(MotionConsistency, ACarryBackIsFoundWhereItIsFartherThanAShortSlip) {
   const auto found = push(0.25);
   ASSERT_TRUE(found);
   EXPECT_FALSE(found->carried) << "nobody can tell it from wheels that spin";
-  EXPECT_NE(to_words(*found).find("is the robot held or was it carried"), std::string::npos);
+  EXPECT_NE(describe(*found).find("is the robot held or was it carried"), std::string::npos);
 }
 
 TEST(MotionConsistency, ARobotThatDoesNotTurnAsItIsAskedContradicts) {
@@ -250,13 +250,13 @@ TEST(MotionConsistency, ARobotThatDoesNotTurnAsItIsAskedContradicts) {
 }
 
 TEST(MotionConsistency, LatePicturesAreNamed) {
-  const auto words = to_words({.one = MotionSource::Gyro, .turning = true, .camera_latency_s = 0.3});
+  const auto words = describe({.one = MotionSource::Gyro, .turning = true, .camera_latency_s = 0.3});
   EXPECT_NE(words.find("turns seen by tags follow those of the gyro by 0.30 s"), std::string::npos) << words;
 }
 
 TEST(MotionConsistency, TheWordsNameThePair) {
   EXPECT_EQ(
-      to_words({.one_moved = 0.3, .other_moved = 0.02, .apart = 0.28, .over_s = 1}),
+      describe({.one_moved = 0.3, .other_moved = 0.02, .apart = 0.28, .over_s = 1}),
       "wheels and tags disagree: 0.30 m against 0.02 m in 1.0 s, 0.28 m apart. Do the wheels spin, is the "
       "robot "
       "held or was it carried, or does the camera repeat an old picture? Look at the robot, then resume");
@@ -394,7 +394,7 @@ TEST(MotionConsistency, AGyroThatRepeatsItselfToTheLastBitIsNamed) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->culprit, MotionSource::Gyro);
   EXPECT_NEAR(found->repeats_s, 1, 0.1);
-  EXPECT_NE(to_words(*found).find("the gyro has repeated the same value for 1.0 s"), std::string::npos);
+  EXPECT_NE(describe(*found).find("the gyro has repeated the same value for 1.0 s"), std::string::npos);
   EXPECT_FALSE(bend_by_gyro(0.005, noisy));
   EXPECT_FALSE(bend_by_gyro(0, stuck)) << "nothing asked it to turn otherwise";
 }

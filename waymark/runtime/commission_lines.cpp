@@ -170,8 +170,8 @@ struct ReadingVerdict {
   double size = 1;             ///< ratio of what happened to what was commanded; tags before the others
 };
 
-constexpr double kLeast = 0.2;
-constexpr double kMost = 3;
+constexpr double kMinRatio = 0.2;
+constexpr double kMaxRatio = 3;
 constexpr double kStill = 0.004;
 
 struct Factor {
@@ -187,7 +187,7 @@ std::span<const Factor> factors_of(ReadingUnit unit) {
   return unit == ReadingUnit::Length ? std::span<const Factor>(kLengths) : std::span<const Factor>(kAngles);
 }
 
-bool fits(double ratio) { return ratio >= kLeast && ratio <= kMost; }
+bool fits(double ratio) { return ratio >= kMinRatio && ratio <= kMaxRatio; }
 
 /// From 0.2 to 3 times what was commanded it fits: a robot that skids turns by a third of it. A unit is
 /// recognised within the same bounds, the nearest factor where two would do.
@@ -198,7 +198,7 @@ ReadingClass classify(const MotionReading& reading) {
   if (!(size >= kStill)) return {.kind = Kind::Still};
   if (fits(size)) return found;
   found.kind = Kind::OtherSize;
-  double nearest = std::log(kMost) * 2;
+  double nearest = std::log(kMaxRatio) * 2;
   for (const Factor& one : factors_of(reading.unit)) {
     const double away = std::abs(std::log(size / one.factor));
     if (!fits(size / one.factor) || away >= nearest) continue;
@@ -553,8 +553,8 @@ std::vector<CommissionLine> judge_standing(const MotionTrace& standing) {
     line = {line.key, V::Fail, "does not point up along z (base axes: x forward, y left, z up): " + measured,
             kMend};
   }
-  constexpr double kMostBias_rad_s = 0.05;
-  if (turning.norm() / count > kMostBias_rad_s)
+  constexpr double kMaxBias_rad_s = 0.05;
+  if (turning.norm() / count > kMaxBias_rad_s)
     lines.push_back(
         {"imu.bias", V::Warn,
          fmt::format("the gyro turns by {:.3f} rad/s while the robot stands", turning.norm() / count),
@@ -594,8 +594,8 @@ MotionTiming timing_of(const MotionTrace& trace) {
 }
 
 CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, double allowed_s) {
-  constexpr double kUsual_s = 0.6;
-  constexpr double kMost_s = 1;
+  constexpr double kWarn_s = 0.6;
+  constexpr double kFail_s = 1;
   constexpr const char* kMend = "the robot's program, which must obey zero at once";
   if (!timing.response_s)
     return {key, V::Fail, "cannot be judged: the robot did not move before it",
@@ -605,23 +605,23 @@ CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, do
   CommissionLine line{
       key, V::Ok, fmt::format("stands after {:.2f} s and {:.3f} m", *timing.stopping_s, timing.stopping_m),
       ""};
-  if (*timing.stopping_s > kUsual_s + allowed_s) line.verdict = V::Warn;
-  if (*timing.stopping_s > kMost_s + allowed_s) line.verdict = V::Fail;
+  if (*timing.stopping_s > kWarn_s + allowed_s) line.verdict = V::Warn;
+  if (*timing.stopping_s > kFail_s + allowed_s) line.verdict = V::Fail;
   if (line.verdict != V::Ok) line.mend = kMend;
   return line;
 }
 
 CommissionLine judge_response(const MotionTiming& timing) {
-  constexpr double kUsual_s = 0.4;
-  constexpr double kMost_s = 1;
+  constexpr double kWarn_s = 0.4;
+  constexpr double kFail_s = 1;
   if (!timing.response_s)
     return {"latency", V::Fail, "the robot does not move",
             "command.speed_m_s where the robot's program obeys it"};
   CommissionLine line{"latency", V::Ok,
                       fmt::format("half the speed is reached {:.2f} s after the command", *timing.response_s),
                       ""};
-  if (*timing.response_s > kUsual_s) line.verdict = V::Warn;
-  if (*timing.response_s > kMost_s) line.verdict = V::Fail;
+  if (*timing.response_s > kWarn_s) line.verdict = V::Warn;
+  if (*timing.response_s > kFail_s) line.verdict = V::Fail;
   if (line.verdict != V::Ok) line.mend = "the way of a command through the robot's program";
   return line;
 }

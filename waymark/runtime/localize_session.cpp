@@ -9,14 +9,14 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostNamed = 6;
+constexpr std::size_t kMaxNamed = 6;
 
 }  // namespace
 
 Status LocalizeSession::receive(const Sample& sample) {
   localizer_.add(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample);
-      frame != nullptr && !estimated_ && tags_.size() < kMostNamed)
+      frame != nullptr && !estimated_ && tags_.size() < kMaxNamed)
     for (const TagDetection& detection : frame->detections) tags_.insert(detection.tag);
   streams_[0].received = streams_[0].received || std::holds_alternative<Odometry>(sample);
   streams_[1].received = streams_[1].received || std::holds_alternative<TagFrame>(sample) ||
