@@ -92,8 +92,9 @@ std::vector<LocalizationEstimate> Localizer::smoothed() const {
   RiekfLocalizer* const filter = method_->filter();
   std::vector<LocalizationEstimate> run = smooth(filter->tracker().trace());
   const bool lags = method_.get() != filter;  // the filter is inside of it
-  const auto said = lags ? estimate() : std::nullopt;
-  if (said) std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= said->stamp; });
+  const auto newest = lags ? estimate() : std::nullopt;
+  if (newest)
+    std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= newest->stamp; });
   return run;
 }
 

@@ -109,7 +109,7 @@ void Replayer::add(const TagFrame& frame) {
   received_ = true;
   const bool mapped = std::ranges::any_of(
       frame.detections, [&](const TagDetection& seen) { return map_.find(seen.tag) != nullptr; });
-  if (mapped && !tells_accepted_) accept(frame.stamp);
+  if (mapped && !reports_accepted_) accept(frame.stamp);
   if (watch_.add(frame)) method_->add(frame);
 }
 
@@ -118,7 +118,7 @@ void Replayer::add(const TagPoseFrame& frame) {
   received_ = true;
   const bool mapped = std::ranges::any_of(
       frame.tags, [&](const SeenTagPose& seen) { return map_.find(seen.tag) != nullptr; });
-  if (mapped && !tells_accepted_) accept(frame.stamp);
+  if (mapped && !reports_accepted_) accept(frame.stamp);
   if (watch_.add(frame)) method_->add(frame);
 }
 
@@ -263,7 +263,7 @@ std::string Replayer::alarm() const {
   if (!contradiction_.empty()) return contradiction_;
   if (!watch_.alarm().empty()) return watch_.alarm();
   if (!silence_.empty()) return silence_;
-  if (!doubts_) return {};
+  if (!lost_certainty_) return {};
   if (given_)
     return "the tags that are seen do not confirm the pose that was given: give it again, or put the robot "
            "where two tags are in view";
@@ -302,7 +302,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
 
 void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   VelocityCommand wanted{};
-  if (step.estimate && stations_.standing() == nullptr) wanted = steer(now, *step.estimate);
+  if (step.estimate && stations_.current() == nullptr) wanted = steer(now, *step.estimate);
   SafetyInputs inputs = inputs_of(now, step.estimate, wanted);
   inputs.dt_s = dt_s;
   const SafetyVerdict verdict = limit(wanted, inputs, options_.safety);
@@ -311,7 +311,7 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   step.reason = verdict.stopped;
   if (verdict.stopped)
     step.lasting = watch_.lasting() || !contradiction_.empty() || !silence_.empty() || !pause_.empty();
-  const bool at_station = stations_.standing() != nullptr;
+  const bool at_station = stations_.current() != nullptr;
   handle(verdict.stopped ? ReplayEvent::LimiterStops
          : at_station    ? ReplayEvent::StationReached
                          : ReplayEvent::LimiterAllows);
@@ -320,9 +320,9 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
 
 /// The dwell time counts from the standstill on.
 void Replayer::serve_station(double dt_s, ReplayStep& step) {
-  step.station = *stations_.standing();
+  step.station = *stations_.current();
   step.reason = fmt::format("at '{}': goes on in {:.1f} s", step.station->name, stations_.left_s());
-  if (last_command_ == VelocityCommand{}) stations_.stand(std::clamp(dt_s, 0.0, 0.5));
+  if (last_command_ == VelocityCommand{}) stations_.dwell(std::clamp(dt_s, 0.0, 0.5));
 }
 
 /// Before it starts a robot also has to know better than it must not know while it drives.
@@ -349,14 +349,14 @@ void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
 void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
   constexpr double kMoment_s = 0.3;
   for (const NisRecord& record : step.compared) {
-    tells_accepted_ = true;
+    reports_accepted_ = true;
     if (record.accepted) accept(record.stamp);
   }
   consistency_.command(last_command_, dt_s);
   if (step.estimate) {
     const LocalizationEstimate& estimate = *step.estimate;
     const bool tags =
-        tells_accepted_ && newest_accepted_ && to_seconds(estimate.stamp - *newest_accepted_) < kMoment_s;
+        reports_accepted_ && newest_accepted_ && to_seconds(estimate.stamp - *newest_accepted_) < kMoment_s;
     consistency_.observe(estimate.map_T_base, estimate.covariance, tags);
   } else {
     consistency_.observe_nothing();
@@ -374,8 +374,8 @@ ReplayStep Replayer::step(SensorTime now) {
   ReplayStep step{.estimate = method_->estimate(), .compared = method_->comparisons()};
   method_->clear_comparisons();
   const bool known = certain(step.estimate);
-  doubts_ = knew_ && !known;
-  knew_ = knew_ || known;
+  lost_certainty_ = was_certain_ && !known;
+  was_certain_ = was_certain_ || known;
   given_ = given_ && !known;
   if (!known) step.estimate.reset();  // a guess drives no wheels
   watch_.tick(now);

@@ -148,21 +148,22 @@ void Teacher::count(SensorTime stamp, const std::string& camera, const std::vect
   links_.add(tags, in_view_.beside(camera, stamp));
   if (!tags.empty()) last_tag_ = stamp;
   counters_.longest_blind_s = std::max(counters_.longest_blind_s, to_seconds(stamp - last_tag_));
-  if (map_T_cam) keep_sight(stamp, *map_T_cam);
+  if (map_T_cam) keep_anchor_observation(stamp, *map_T_cam);
 }
 
-void Teacher::keep_sight(SensorTime stamp, const SE3& map_T_cam) {
+void Teacher::keep_anchor_observation(SensorTime stamp, const SE3& map_T_cam) {
   if (!first_anchored_cam_) first_anchored_cam_ = StampedPose{stamp, map_T_cam};
   const Eigen::Vector3d apart = map_T_cam.translation() - first_anchored_cam_->map_T_base.translation();
-  last_sights_.push_back({stamp, apart.norm(), counters_.distance_m});
-  while (to_seconds(stamp - last_sights_.front().stamp) > kAnchorWindowSeconds) last_sights_.pop_front();
+  last_anchor_observations_.push_back({stamp, apart.norm(), counters_.distance_m});
+  while (to_seconds(stamp - last_anchor_observations_.front().stamp) > kAnchorWindowSeconds)
+    last_anchor_observations_.pop_front();
 }
 
 /// Where the lap overlaps its begin, one sight of the overlap is from nearly the same place; the last one is
 /// from the end of the overlap.
 bool Teacher::came_back(SensorTime since) const {
-  return std::ranges::any_of(last_sights_, [since](const AnchorSight& sight) {
-    return sight.stamp >= since && sight.apart_m < kSamePlaceMetres && sight.driven_m > 2 * kSamePlaceMetres;
+  return std::ranges::any_of(last_anchor_observations_, [since](const AnchorObservation& seen) {
+    return seen.stamp >= since && seen.apart_m < kSamePlaceMetres && seen.driven_m > 2 * kSamePlaceMetres;
   });
 }
 
@@ -276,7 +277,8 @@ TeachSummary Teacher::summary() const {
   summary.anchor_at_start =
       first_anchored_cam_ && to_seconds(first_anchored_cam_->stamp - *first_) <= window_s;
   const SensorTime last_window = last_ - Duration(static_cast<std::int64_t>(window_s * 1e9));
-  summary.anchor_at_end = !last_sights_.empty() && last_sights_.back().stamp >= last_window;
+  summary.anchor_at_end =
+      !last_anchor_observations_.empty() && last_anchor_observations_.back().stamp >= last_window;
   summary.closed_loop = summary.anchor_at_start && summary.anchor_at_end && came_back(last_window);
   summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
                      summary.clock_back_s == 0 && summary.odometry_jumps == 0 && long_enough(summary);

@@ -116,7 +116,7 @@ class Teacher {
 
  private:
   /// The anchor was seen.
-  struct AnchorSight {
+  struct AnchorObservation {
     SensorTime stamp{};
     double apart_m = 0;   ///< from where it was seen first
     double driven_m = 0;  ///< until then
@@ -125,7 +125,7 @@ class Teacher {
   void count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
              const std::optional<SE3>& map_T_cam);
   [[nodiscard]] std::optional<SE3> anchored(const ObservedFrame& observed) const;
-  void keep_sight(SensorTime stamp, const SE3& map_T_cam);
+  void keep_anchor_observation(SensorTime stamp, const SE3& map_T_cam);
   [[nodiscard]] bool came_back(SensorTime since) const;
   void receive(SensorTime stamp, bool is_frame);
   void warn_of_views(TeachSummary& summary) const;
@@ -143,7 +143,7 @@ class Teacher {
   TagsInView in_view_{};
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
-  std::deque<AnchorSight> last_sights_{};  ///< of the seconds before the last one
+  std::deque<AnchorObservation> last_anchor_observations_{};  ///< of the seconds before the last one
   std::optional<Odometry> odometry_{};
 };
 

@@ -311,11 +311,12 @@ CommissionLine command_line(const std::vector<MotionReading>& readings, const Ax
     return {axis.command, V::Warn, "nothing measured it", "odometry of the robot's messages"};
   const bool wrong = seen ? !*seen : all.command_wrong;
   if (wrong) {
-    const std::string said = words_of(classify(readings.front()));
+    const std::string description = words_of(classify(readings.front()));
     line.verdict = V::Fail;
-    line.words = fmt::format(
-        "{} {}: {} {} were commanded, and {}", axis.command, said.empty() ? "is wrong" : said, axis.asked,
-        axis.unit, seen ? "a person saw another motion" : "all that measures agrees in another motion");
+    line.words =
+        fmt::format("{} {}: {} {} were commanded, and {}", axis.command,
+                    description.empty() ? "is wrong" : description, axis.asked, axis.unit,
+                    seen ? "a person saw another motion" : "all that measures agrees in another motion");
     line.mend = std::string(axis.command) + " where the robot's program obeys it";
     return line;
   }
