@@ -168,9 +168,10 @@ void parts(Like<TurnNoise> auto& value, auto&& apply) {
   apply(rad_sqrt_m, scale_sigma, stretches);
 }
 void parts(Like<MountingEstimate> auto& value, auto&& apply) {
-  auto& [base_T_cam, off, sigma, out, untold, scales, scales_sigma, camera, focal_scale, focal_scale_sigma] =
-      value;
-  apply(base_T_cam, off, sigma, out, untold, scales, scales_sigma, camera, focal_scale, focal_scale_sigma);
+  auto& [base_T_cam, off, sigma, out, unobservable, scales, scales_sigma, camera, focal_scale,
+         focal_scale_sigma] = value;
+  apply(base_T_cam, off, sigma, out, unobservable, scales, scales_sigma, camera, focal_scale,
+        focal_scale_sigma);
 }
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
   auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, correlated_frames, rejected, left_out,

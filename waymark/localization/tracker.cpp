@@ -245,9 +245,9 @@ void Tracker::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad
   ++state_.starts;
 }
 
-void Tracker::advance(const MotionStep& told, SensorTime to) {
+void Tracker::advance(const MotionStep& measured, SensorTime to) {
   constexpr double kNoWay_m = 1e-7;
-  MotionStep step = told;
+  MotionStep step = measured;
   state_.stamp = to;
   if (state_.wheels_stuck || state_.halt.suspected())
     step.jumped = false;  // encoders that go on: their step is a gap

@@ -138,19 +138,19 @@ std::optional<std::string> TagWatch::words_of_second(int landmark) const {
 
 std::vector<std::string> TagWatch::findings() const {
   std::vector<std::string> all;
-  std::vector<bool> said(all_.size(), false);
+  std::vector<bool> reported(all_.size(), false);
   for (int a = 0; a < landmarks_.size(); ++a) {
     if (auto second = words_of_second(a)) all.push_back(std::move(*second));
-    if (!at(a).excluded || said[static_cast<std::size_t>(a)]) continue;
+    if (!at(a).excluded || reported[static_cast<std::size_t>(a)]) continue;
     for (int b = a + 1; b < landmarks_.size(); ++b) {
       if (!swapped(a, b)) continue;
       all.push_back(
           fmt::format("{} and {} are swapped in the map, or on the wall: neither is used. Swap them back, or "
                       "extend the map with a lap that sees both",
                       name(a), name(b)));
-      said[static_cast<std::size_t>(a)] = said[static_cast<std::size_t>(b)] = true;
+      reported[static_cast<std::size_t>(a)] = reported[static_cast<std::size_t>(b)] = true;
     }
-    if (!said[static_cast<std::size_t>(a)]) all.push_back(words(a));
+    if (!reported[static_cast<std::size_t>(a)]) all.push_back(words(a));
   }
   return all;
 }
@@ -256,8 +256,8 @@ ScoreSums& ScoreSums::operator+=(const ScoreSums& other) {
   return *this;
 }
 
-void ScoreClusters::add(int landmark, SensorTime stamp, const ScoreSums& told) {
-  sums_[{stamp.time_since_epoch().count() / kMoment_ns, landmark}] += told;
+void ScoreClusters::add(int landmark, SensorTime stamp, const ScoreSums& score) {
+  sums_[{stamp.time_since_epoch().count() / kMoment_ns, landmark}] += score;
 }
 
 SystematicVector ScoreClusters::variances(const SystematicMatrix& information,
@@ -283,9 +283,9 @@ void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
   const Eigen::Matrix<double, 8, 1> white_r = llt.matrixL().solve(z.residual);
   if (!white_A.allFinite() || !white_r.allFinite()) return;
   if (count_ == per_block_ * static_cast<int>(kBlocks)) merge_blocks();
-  const Sums told{white_A.transpose().lazyProduct(white_A), white_A.transpose().lazyProduct(white_r), 1};
-  blocks_[static_cast<std::size_t>(count_ / per_block_)] += told;
-  if (clusters_) clusters_->add(z.landmark, stamp, told);
+  const Sums score{white_A.transpose().lazyProduct(white_A), white_A.transpose().lazyProduct(white_r), 1};
+  blocks_[static_cast<std::size_t>(count_ / per_block_)] += score;
+  if (clusters_) clusters_->add(z.landmark, stamp, score);
   ++count_;
   seen_[static_cast<std::size_t>(z.landmark)] = 1;
 }

@@ -137,7 +137,7 @@ struct ScoreSums {
 /// and was printed as long as it is seen, and those of one moment share the errors of the motion.
 class ScoreClusters {
  public:
-  void add(int landmark, SensorTime stamp, const ScoreSums& told);
+  void add(int landmark, SensorTime stamp, const ScoreSums& score);
   /// Of each number, where `value` is the maximum of a likelihood of this information, all innovations and
   /// what was known before included: the variance by landmarks plus that by moments less that by what is
   /// both (Cameron, Gelbach and Miller, "Robust Inference With Multiway Clustering", Journal of Business and

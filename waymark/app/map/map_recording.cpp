@@ -519,7 +519,7 @@ nlohmann::ordered_json mounting_json(const BundleFigures& bundle) {
     const auto at = static_cast<std::size_t>(i);
     json[names[at]] = {{"off", unit * bundle.mounting->off[i]},
                        {"sigma", unit * bundle.mounting->sigma[i]},
-                       {"told", !bundle.mounting->untold[at]}};
+                       {"told", !bundle.mounting->unobservable[at]}};
   }
   return json;
 }

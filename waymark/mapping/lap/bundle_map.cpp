@@ -101,7 +101,7 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
   const SE3 assumed = lap.bundle.poses[lap.cam].value;
   {
     LapBundle copy = lap;
-    const MountingBelief first{.base_T_cam = assumed, .focal_share = options.focal_share};
+    const MountingAssumption first{.base_T_cam = assumed, .focal_share = options.focal_share};
     result.mounting = estimate_mounting(copy, steps, report_progress, first);
     if (!result.mounting) return;
     if (!asked) internal::keep_confirmed(copy, assumed, steps, report_progress, *result.mounting);
@@ -109,13 +109,13 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
     lap.bundle.odometry = std::move(copy.bundle.odometry);  // with the noise that was found
   }
   result.mounting_used = true;
-  MountingBelief belief{
+  MountingAssumption assumption{
       .base_T_cam = assumed, .off = result.mounting->off, .focal_share = options.focal_share};
-  if (!asked) belief.trusted = result.mounting->untold;
-  result.mounting = estimate_mounting(lap, steps, report_progress, belief);
+  if (!asked) assumption.trusted = result.mounting->unobservable;
+  result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
   internal::find_odometry_noise(lap, steps, report_progress);
   adjust_until_stable(lap, options, report_progress, result);
-  result.mounting = estimate_mounting(lap, steps, report_progress, belief);
+  result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
 }
 
 /// What is left over of a tag lasts from picture to picture: so many of them weigh as one.

@@ -554,7 +554,7 @@ std::vector<std::string> what_is_off(const MountingEstimate& mounting) {
     const double off = number.unit * mounting.off[static_cast<Eigen::Index>(i)];
     const double range = 2 * number.unit * mounting.sigma[static_cast<Eigen::Index>(i)];
     const double least = std::max(range, 1.5 * std::pow(10.0, -number.digits));
-    if (mounting.untold[i] || std::abs(off) < least) continue;
+    if (mounting.unobservable[i] || std::abs(off) < least) continue;
     words.push_back(
         fmt::format("{:+.{}f}{} (+- {:.{}f})", off, number.digits, number.name, range, number.digits));
   }
@@ -574,14 +574,14 @@ void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
   if (!map.mounting_used) return;
   constexpr std::array<const char*, 6> kNames = {"how far forward", "how far to the left", "how high",
                                                  "its roll",        "its pitch",           "its yaw"};
-  std::vector<const char*> untold;
+  std::vector<const char*> unobservable;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (map.mounting->untold[i]) untold.push_back(kNames[i]);
+    if (map.mounting->unobservable[i]) unobservable.push_back(kNames[i]);
   }
   words.push_back(fmt::format(
       "of where the camera sits the lap does not tell {}: there the robot's file is trusted. Bends to both "
       "sides at two speeds tell all but the height",
-      fmt::join(untold, ", ")));
+      fmt::join(unobservable, ", ")));
 }
 
 }  // namespace waymark::internal

@@ -239,10 +239,10 @@ class Search {
     if (!goes_on()) return;
     const BundleOptions search{
         .max_iterations = steps, .relative_gain = relative_gain, .robust_chi2 = robust_chi2};
-    const auto told = [&](int iteration, double cost) {
+    const auto report_progress = [&](int iteration, double cost) {
       return !progress_ || progress_(stage, iteration, cost);
     };
-    map_.summary = solve(map_.problem.bundle, search, told, factor_);
+    map_.summary = solve(map_.problem.bundle, search, report_progress, factor_);
   }
 
   [[nodiscard]] bool can_count(const CornerTerm& term) const {
