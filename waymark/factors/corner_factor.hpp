@@ -53,8 +53,7 @@ struct CornerJacobians {
                                                                          CornerJacobians* J = nullptr);
 
 /// J_r_intrinsics (8 x n) of the whitened residual of corner_residual().
-using CornerIntrinsicsJacobian =
-    Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMostIntrinsics>;
+using CornerIntrinsicsJacobian = Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxIntrinsics>;
 
 /// Nothing when a corner is behind the camera or beyond the lens. No allocation.
 [[nodiscard]] std::optional<CornerIntrinsicsJacobian> corner_intrinsics_jacobian(const CornerFactor& factor,

@@ -88,9 +88,9 @@ Status SampleRecorder::close() {
 /// What was recorded before it had arrived before it. A stamp of another time, as of a clock that jumped,
 /// says nothing of that.
 Duration SampleRecorder::arrival_delay_of_image(SensorTime stamp) const {
-  constexpr Duration kMost = std::chrono::seconds(2);
+  constexpr Duration kMaxArrivalDelay = std::chrono::seconds(2);
   const Duration behind = newest_ ? *newest_ - stamp : Duration{};
-  return behind <= kMost ? std::max(image_arrival_delay_, behind) : image_arrival_delay_;
+  return behind <= kMaxArrivalDelay ? std::max(image_arrival_delay_, behind) : image_arrival_delay_;
 }
 
 Status SampleRecorder::add(const Sample& sample) {

@@ -63,9 +63,10 @@ Status Samples::undecodable(std::string_view channel) {
 }
 
 SensorTime Samples::stamp(std::int64_t utime, std::int64_t receive_us) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
-  if (utime <= 0 || utime > kMost)
-    utime = std::clamp<std::int64_t>(receive_us, 0, kMost);  // the log notes it
+  constexpr std::int64_t kMaxMicroseconds =
+      std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
+  if (utime <= 0 || utime > kMaxMicroseconds)
+    utime = std::clamp<std::int64_t>(receive_us, 0, kMaxMicroseconds);  // the log notes it
   return SensorTime(Duration(utime * kNanosecondsPerMicrosecond));
 }
 
