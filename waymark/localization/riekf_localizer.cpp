@@ -268,7 +268,7 @@ std::vector<std::string> RiekfLocalizer::problems() const {
         "`calibration`",
         to_seconds(camera_latency_), to_seconds(given_camera_latency_)));
   if (const auto& suspect = tracker_.suspect()) {
-    all.push_back(words_of(*suspect, tracker_.sees_corners()));
+    all.push_back(describe(*suspect, tracker_.sees_corners()));
   } else if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge) {
     all.push_back(
         fmt::format("means of innovations of one tag are {:.1f} times as large as assumed: the estimate is "

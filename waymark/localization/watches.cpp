@@ -91,7 +91,7 @@ bool TagWatch::swapped(int a, int b) const {
          (seen_b - map_a).norm() < (seen_b - map_b).norm();
 }
 
-std::string TagWatch::words(int landmark) const {
+std::string TagWatch::describe(int landmark) const {
   const Sums& wrong = at(landmark).wrong;
   const Landmark& it = landmarks_[landmark];
   const double n = wrong.count;
@@ -120,7 +120,7 @@ std::string TagWatch::words(int landmark) const {
 }
 
 /// Seen where the map says and, about as often, at one other place.
-std::optional<std::string> TagWatch::words_of_second(int landmark) const {
+std::optional<std::string> TagWatch::describe_duplicate(int landmark) const {
   const One& one = at(landmark);
   constexpr double kShare = 0.25;
   if (one.excluded || one.wrong.count < kEnough || one.wrong.count < kShare * one.seen) return std::nullopt;
@@ -140,7 +140,7 @@ std::vector<std::string> TagWatch::findings() const {
   std::vector<std::string> all;
   std::vector<bool> reported(all_.size(), false);
   for (int a = 0; a < landmarks_.size(); ++a) {
-    if (auto second = words_of_second(a)) all.push_back(std::move(*second));
+    if (auto second = describe_duplicate(a)) all.push_back(std::move(*second));
     if (!at(a).excluded || reported[static_cast<std::size_t>(a)]) continue;
     for (int b = a + 1; b < landmarks_.size(); ++b) {
       if (!swapped(a, b)) continue;
@@ -150,7 +150,7 @@ std::vector<std::string> TagWatch::findings() const {
                       name(a), name(b)));
       reported[static_cast<std::size_t>(a)] = reported[static_cast<std::size_t>(b)] = true;
     }
-    if (!reported[static_cast<std::size_t>(a)]) all.push_back(words(a));
+    if (!reported[static_cast<std::size_t>(a)]) all.push_back(describe(a));
   }
   return all;
 }
@@ -409,7 +409,7 @@ std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors)
   return verdict;
 }
 
-std::string words_of(const SystematicVerdict& verdict, bool corners) {
+std::string describe(const SystematicVerdict& verdict, bool corners) {
   const SystematicVector& v = verdict.fit.value;
   switch (verdict.suspect) {
     case Suspect::Mounting:

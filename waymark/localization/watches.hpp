@@ -67,8 +67,8 @@ class TagWatch {
   };
   [[nodiscard]] const One& at(int landmark) const { return all_[static_cast<std::size_t>(landmark)]; }
   [[nodiscard]] bool swapped(int a, int b) const;
-  [[nodiscard]] std::string words(int landmark) const;
-  [[nodiscard]] std::optional<std::string> words_of_second(int landmark) const;
+  [[nodiscard]] std::string describe(int landmark) const;
+  [[nodiscard]] std::optional<std::string> describe_duplicate(int landmark) const;
   [[nodiscard]] std::string name(int landmark) const;
 
   Landmarks landmarks_;
@@ -214,6 +214,6 @@ struct SystematicVerdict {
 /// suspect. Nothing when none is significant and large enough to matter.
 [[nodiscard]] std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors);
 /// The suspect with its size, and the command that mends it.
-[[nodiscard]] std::string words_of(const SystematicVerdict& verdict, bool corners);
+[[nodiscard]] std::string describe(const SystematicVerdict& verdict, bool corners);
 
 }  // namespace waymark

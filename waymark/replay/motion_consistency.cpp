@@ -33,7 +33,7 @@ struct Cuts {
 /// deviation of its own difference: in time, or in way, where the robot slows down and what slips is a share
 /// of the way.
 template <class Difference, class Deviation>
-bool lasts(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
+bool persists(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
   constexpr double kLastingShare = 0.25;
   const double whole = difference(cuts.whole);
   if (!(std::abs(whole) > limit)) return false;
@@ -44,8 +44,8 @@ bool lasts(const Cuts& cuts, double limit, const Difference& difference, const D
 }
 
 template <class Difference>
-bool lasts(const Cuts& cuts, double limit, const Difference& difference) {
-  return lasts(cuts, limit, difference, [](const Cut&) { return 0.0; });
+bool persists(const Cuts& cuts, double limit, const Difference& difference) {
+  return persists(cuts, limit, difference, [](const Cut&) { return 0.0; });
 }
 
 /// Deviation of both positions of a cut along a direction of the map [m].
@@ -227,7 +227,7 @@ std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const Consist
   const double commanded = all.to.commanded_m - all.from.commanded_m;
   const double limit = options.contradiction_m + kMotorShare * std::abs(commanded) +
                        kMotorTime_s * (all.to.ramp_m_s - all.from.ramp_m_s);
-  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  if (!persists(cuts, limit, difference)) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
                        .other = MotionSource::Wheels,
                        .one_moved = commanded,
@@ -250,7 +250,7 @@ std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const Motion
                        kMotorTime_s * (all.to.ramp_rad_s - all.from.ramp_rad_s) + turn_of_bias(all);
   // One that turns without being asked was pushed: find_push().
   const bool asked = std::abs(commanded(all)) > limit && commanded(all) * difference(all) < 0;
-  if (!asked || !lasts(cuts, limit, difference)) return std::nullopt;
+  if (!asked || !persists(cuts, limit, difference)) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
                        .other = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                        .turning = true,
@@ -269,7 +269,7 @@ std::optional<Contradiction> wheels_and_gyro(const Cuts& cuts, const MotionScale
   const double larger = std::max(std::abs(wheels(all)), std::abs(gyro(all)));
   const double limit = options.contradiction_rad +
                        std::hypot(scales.turn_share * larger, turn_noise(all, scales), turn_of_bias(all));
-  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  if (!persists(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Gyro,
                       .turning = true,
@@ -290,7 +290,7 @@ std::optional<Contradiction> turns_and_tags(const Cuts& cuts, const MotionScales
   const Cut& all = cuts.whole;
   const auto difference = [](const Cut& c) { return straight(turned_by_tags(c) - turned_by_odometry(c)); };
   const double limit = options.contradiction_rad + turn_uncertainty(all, scales);
-  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  if (!persists(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                       .other = MotionSource::Tags,
                       .turning = true,
@@ -313,7 +313,7 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
   const double limit = options.contradiction_m + distance_uncertainty(all, direction, scales);
   const Eigen::Vector2d map_direction = all.from.map_T_base.rotation() * direction;
   const auto deviation = [&](const Cut& c) { return position_sigma(c, map_direction); };
-  if (whole.norm() <= limit || !lasts(cuts, limit, difference, deviation)) return std::nullopt;
+  if (whole.norm() <= limit || !persists(cuts, limit, difference, deviation)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Tags,
                       .one_moved = (all.from.odom_T_base.inverse() * all.to.odom_T_base).translation().norm(),
@@ -329,7 +329,7 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
 }
 
 /// How far a value lies outside of what lies between nothing and a turn.
-double beyond(double value, double turn) {
+double outside_of_turn(double value, double turn) {
   return std::max({0.0, value - std::max(0.0, turn), std::min(0.0, turn) - value});
 }
 
@@ -339,7 +339,7 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
   const double by_tags = turned_by_tags(cut);
   const double by_odometry = turned_by_odometry(cut);
   const double apart_rad =
-      scales.gyro ? std::abs(straight(by_tags - by_odometry)) : beyond(by_tags, by_odometry);
+      scales.gyro ? std::abs(straight(by_tags - by_odometry)) : outside_of_turn(by_tags, by_odometry);
   if (!(apart_rad > options.pushed_rad + turn_uncertainty(cut, scales))) return std::nullopt;
   return Contradiction{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                        .other = MotionSource::Tags,
@@ -358,7 +358,7 @@ std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& 
   constexpr double kRamp_s = 0.15;
   const double commanded = kMaxGain * (cut.to.commanded_rad - cut.from.commanded_rad);
   const double turned = cut.to.gyro_rad - cut.from.gyro_rad;
-  const double apart_rad = beyond(turned, commanded);
+  const double apart_rad = outside_of_turn(turned, commanded);
   const double ramp_rad = kRamp_s * (cut.to.ramp_rad_s - cut.from.ramp_rad_s);
   if (!(apart_rad > options.pushed_rad + ramp_rad + turn_of_bias(cut))) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
@@ -742,12 +742,12 @@ void MotionConsistency::add(const Odometry& odometry) {
 }
 
 void MotionConsistency::observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags) {
-  notice(sums_.observe(map_T_base, covariance, tags));
+  notice_standstill(sums_.observe(map_T_base, covariance, tags));
 }
 
-void MotionConsistency::observe_nothing() { notice(sums_.observe_nothing()); }
+void MotionConsistency::observe_nothing() { notice_standstill(sums_.observe_nothing()); }
 
-void MotionConsistency::notice(const Standing& standing) {
+void MotionConsistency::notice_standstill(const Standing& standing) {
   if (standing.stands) forget_pictures();
   if (const auto& over = standing.over)
     carried_ = find_carry(over->before, over->after, over->stood_s, options_);

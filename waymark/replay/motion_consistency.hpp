@@ -301,7 +301,7 @@ class MotionConsistency {
   };
   using PictureIterator = std::deque<Picture>::const_iterator;
 
-  void notice(const Standing& standing);
+  void notice_standstill(const Standing& standing);
   [[nodiscard]] std::optional<PictureIterator> picture_before(double moving_s) const;
   [[nodiscard]] std::optional<Contradiction> contradiction_of_pictures() const;
   [[nodiscard]] std::optional<Contradiction> push_of_pictures() const;

@@ -75,7 +75,7 @@ class ReplayWatch {
     friend bool operator==(const SeenTag&, const SeenTag&) = default;
   };
   [[nodiscard]] bool add(SensorTime stamp, const std::string& camera, const std::vector<SeenTag>& tags);
-  void jumped(Duration by);
+  void report_clock_jump(Duration by);
   void decide_on_command_gap();
 
   WatchOptions options_;
@@ -91,7 +91,7 @@ class ReplayWatch {
     std::vector<SeenTag> tags{};
     SE2 odom_T_frame{};
     SensorTime since{};
-    std::string frozen_words{};
+    std::string frozen_message{};
   };
   std::map<std::string, Shown> shown_{};  ///< by camera
 };

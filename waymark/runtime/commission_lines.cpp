@@ -209,7 +209,7 @@ ReadingClass classify(const MotionReading& reading) {
 }
 
 /// "is reversed, in degrees instead of radians"; empty when it is right.
-std::string words_of(const ReadingClass& found) {
+std::string describe(const ReadingClass& found) {
   using Kind = ReadingClass::Kind;
   std::string words;
   if (found.kind == Kind::Still) return "does not move";
@@ -261,7 +261,7 @@ struct Axis {
 bool still(const MotionReading& reading) { return classify(reading).kind == ReadingClass::Kind::Still; }
 
 /// Noise and drift are less, whatever was commanded.
-bool hardly(const MotionReading& reading) {
+bool is_noise(const MotionReading& reading) {
   constexpr double kHardly = 0.1;
   return std::abs(reading.ratio) < kHardly;
 }
@@ -285,7 +285,7 @@ CommissionLine line_of(const MotionReading& reading, const Axis& axis, const Rea
   if (all.command_wrong && !command_right) return line;
   if (!found.right()) {
     line.verdict = V::Fail;
-    line.words = fmt::format("{} {}: {} while {} {} were commanded", reading.key, words_of(found), measured,
+    line.words = fmt::format("{} {}: {} while {} {} were commanded", reading.key, describe(found), measured,
                              axis.asked, axis.unit);
     line.mend = mend_of(reading);
     if (all.either && !command_right)
@@ -311,7 +311,7 @@ CommissionLine command_line(const std::vector<MotionReading>& readings, const Ax
     return {axis.command, V::Warn, "nothing measured it", "odometry of the robot's messages"};
   const bool wrong = seen ? !*seen : all.command_wrong;
   if (wrong) {
-    const std::string description = words_of(classify(readings.front()));
+    const std::string description = describe(classify(readings.front()));
     line.verdict = V::Fail;
     line.words =
         fmt::format("{} {}: {} {} were commanded, and {}", axis.command,
@@ -343,10 +343,10 @@ Lines judge_axis(const std::vector<MotionReading>& readings, const Axis& axis, S
 void find_swap(const std::vector<MotionReading>& asked, const std::vector<MotionReading>& other,
                const Axis& axis, Lines& lines) {
   const auto moved = [&](const char* key) {
-    return std::ranges::any_of(other,
-                               [&](const MotionReading& r) { return r.key.starts_with(key) && !hardly(r); });
+    return std::ranges::any_of(
+        other, [&](const MotionReading& r) { return r.key.starts_with(key) && !is_noise(r); });
   };
-  if (!asked.empty() && std::ranges::all_of(asked, hardly) && moved("")) {
+  if (!asked.empty() && std::ranges::all_of(asked, is_noise) && moved("")) {
     lines.front().verdict = V::Fail;
     lines.front().words = fmt::format(
         "command.speed_m_s and command.yaw_rate_rad_s are swapped: {} was commanded, and the robot did the "
@@ -360,7 +360,7 @@ void find_swap(const std::vector<MotionReading>& asked, const std::vector<Motion
     const bool twist = line.key == "odometry.speed_m_s" || line.key == "odometry.yaw_rate_rad_s";
     const char* partner = line.key == "odometry.speed_m_s" ? "odometry.yaw_rate_rad_s" : "odometry.speed_m_s";
     const bool stood =
-        std::ranges::any_of(asked, [&](const MotionReading& r) { return r.key == line.key && hardly(r); });
+        std::ranges::any_of(asked, [&](const MotionReading& r) { return r.key == line.key && is_noise(r); });
     if (twist && stood && moved(partner)) line.words += fmt::format("; it and {} are swapped", partner);
   }
 }

@@ -26,7 +26,7 @@ void ViewerRequests::notice_control(ViewerControl control, Duration uptime, S st
   if (control == ViewerControl::Held) command_zero_ = false;
 }
 
-void ViewerRequests::obey(const ViewerOrder& order, Duration uptime, S state, Request& request) {
+void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S state, Request& request) {
   using Kind = ViewerOrder::Kind;
   if (order.kind == Kind::Go) request.events.push_back(E::Go);
   if (order.kind == Kind::Teach) request.events.push_back(E::Teach);
@@ -57,7 +57,7 @@ ViewerRequests::Request ViewerRequests::read(Duration uptime, S state) {
   for (const ViewerOrder& order : orders) {
     // What somebody asked for who has gone since moves nothing any more.
     if (control == ViewerControl::Lost && order.kind != ViewerOrder::Kind::Stop) continue;
-    obey(order, uptime, state, request);
+    apply_order(order, uptime, state, request);
   }
   pause_ = pause_ && state == S::Replaying;
   if (pause_ && uptime - pause_asked_ >= kAskAgain) {

@@ -83,7 +83,7 @@ class ViewerRequests {
 
  private:
   void notice_control(ViewerControl control, Duration uptime, OperatorState state);
-  void obey(const ViewerOrder& order, Duration uptime, OperatorState state, Request& request);
+  void apply_order(const ViewerOrder& order, Duration uptime, OperatorState state, Request& request);
 
   ViewerLink link_;
   ViewerControl before_ = ViewerControl::Nobody;

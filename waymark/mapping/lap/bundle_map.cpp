@@ -64,12 +64,12 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
   const BundleProgress looking = progress_of(progress, "looking for outliers");
   result.summary = solve(lap.bundle, search, looking);
   if (!result.summary.usable()) return;
-  const bool frames = internal::place_lost_frames_anew(input, options, lap);
-  const bool tags = internal::place_lost_tags_anew(input, options, lap);
+  const bool frames = internal::place_lost_frames_again(input, options, lap);
+  const bool tags = internal::place_lost_tags_again(input, options, lap);
   if (internal::place_unconnected(input, options, lap, result.unconnected) || frames || tags)
     result.summary = solve(lap.bundle, search, looking);
   if (!result.summary.usable()) return;
-  internal::mend_jumps_of_the_way(input, options, search, looking, lap, result.summary);
+  internal::repair_trajectory_jumps(input, options, search, looking, lap, result.summary);
   adjust_until_stable(lap, options, progress_of(progress, "adjusting"), result);
 }
 

@@ -61,7 +61,7 @@ std::optional<SE3> frame_found_again(const LapInput& input, const LapBundle& lap
 
 }  // namespace
 
-bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+bool place_lost_frames_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   const auto terms = terms_by(&CornerTerm::rig, lap.bundle);
   const auto good = [&](PoseIndex base) {
@@ -90,7 +90,7 @@ bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& optio
   return any;
 }
 
-bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+bool place_lost_tags_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   bool any = false;
   const auto terms = terms_by(&CornerTerm::tag, lap.bundle);
@@ -187,9 +187,9 @@ std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
 
 }  // namespace
 
-void mend_jumps_of_the_way(const LapInput& input, const BundleMapOptions& options,
-                           const BundleOptions& search, const BundleProgress& progress, LapBundle& lap,
-                           BundleSummary& summary) {
+void repair_trajectory_jumps(const LapInput& input, const BundleMapOptions& options,
+                             const BundleOptions& search, const BundleProgress& progress, LapBundle& lap,
+                             BundleSummary& summary) {
   const double exactness = exactness_beside_a_jump(lap.bundle);
   if (exactness <= 1) return;
   const LapBundle before = lap;
@@ -199,7 +199,7 @@ void mend_jumps_of_the_way(const LapInput& input, const BundleMapOptions& option
     for (OdometryTerm& term : again.bundle.odometry) term.factor.whitening *= exactness;
     if (!solve(again.bundle, search, progress).usable()) continue;
     again.bundle.odometry = before.bundle.odometry;
-    place_lost_tags_anew(input, options, again);
+    place_lost_tags_again(input, options, again);
     for (CornerTerm& term : again.bundle.corners) term.used = !term.doubtful;
     const BundleSummary other = solve(again.bundle, search, progress);
     if (!other.usable() || other.final_cost >= summary.final_cost || other.invisible > summary.invisible)

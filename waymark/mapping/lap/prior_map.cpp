@@ -114,7 +114,7 @@ void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
 }
 
 /// The floor of the prior map is that of the new one. What defined the lap's own map does so no more.
-void hold_the_floor(const LapPrior& prior, LapBundle& lap) {
+void use_prior_floor(const LapPrior& prior, LapBundle& lap) {
   std::set<PoseIndex> tags;
   for (const auto& [id, pose] : lap.tags) tags.insert(pose);
   std::erase_if(lap.bundle.priors, [&](const PriorTerm& term) { return tags.contains(term.pose); });
@@ -179,7 +179,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   find_agreeing(prior, now, lap, anchor, known, tied);
   add_places(prior, lap, tied);
   add_terms(prior, lap, tied);
-  hold_the_floor(prior, lap);
+  use_prior_floor(prior, lap);
   // The lap's own anchor was held where the prior map has it: from now on it is a tag like any other.
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;

@@ -34,7 +34,7 @@ void list_rejected(const SceneRecording& recording, SceneMap& map) {
 }
 
 /// Tags none of whose observations is in use are not in the map.
-void take_out_the_contradicted(SceneMap& map) {
+void remove_contradicted_tags(SceneMap& map) {
   std::vector<char> seen(map.problem.bundle.poses.size(), 0);
   std::vector<char> used(map.problem.bundle.poses.size(), 0);
   for (const CornerTerm& term : map.problem.bundle.corners) {
@@ -148,7 +148,7 @@ std::set<PoseIndex> roots_of(const SceneMap& map) {
   return roots;
 }
 
-void list_what_hangs_loosely(SceneMap& map) {
+void list_thin_cuts(SceneMap& map) {
   std::map<PoseIndex, TagId> ids;
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t)
@@ -179,9 +179,9 @@ void report_scene(const SceneRecording& recording, SceneMap& map) {
   report_intrinsics(map);
   measure_reprojection(map);
   list_rejected(recording, map);
-  take_out_the_contradicted(map);
+  remove_contradicted_tags(map);
   list_unconnected(map);
-  list_what_hangs_loosely(map);
+  list_thin_cuts(map);
 }
 
 namespace {
