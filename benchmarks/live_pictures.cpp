@@ -23,7 +23,7 @@ namespace {
 
 using namespace waymark;
 
-constexpr std::size_t kMostPictures = 300;  // 92 MB
+constexpr std::size_t kMaxPictures = 300;  // 92 MB
 
 struct Seen {
   CameraFrame picture{};
@@ -38,7 +38,7 @@ Result<std::vector<Seen>> read(MessageLog& log) {
     if (const auto* odometry = std::get_if<Odometry>(&sample)) next.odometry = *odometry;
     if (const auto* picture = std::get_if<CameraFrame>(&sample)) next.picture = *picture;
     const auto* tags = std::get_if<TagFrame>(&sample);
-    if (tags == nullptr || tags->stamp != next.picture.stamp || all.size() >= kMostPictures) return {};
+    if (tags == nullptr || tags->stamp != next.picture.stamp || all.size() >= kMaxPictures) return {};
     next.tags = *tags;
     all.push_back(next);
     return {};

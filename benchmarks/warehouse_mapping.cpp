@@ -102,7 +102,7 @@ bool measure_scene(const waymark::test::WideScene& wide, int tags, std::vector<R
   const auto map = map_scene(wide.scene, wide.recording, {}, std::ref(stages));
   if (!map) return failed(map.error());
   stages.end();
-  const std::size_t said = scene_doubts(*map).size();
+  const std::size_t said = scene_warnings(*map).size();
   rows.push_back({static_cast<double>(wide.detections), cpu_s() - begin});
   double worst = 0;
   std::size_t mapped = 0;

@@ -37,7 +37,7 @@ void check_outbox(LiveHub& hub, LiveHub::Id id) {
     else
       require(frame->head.size() == 13 && frame->head[0] == '\x01');
   }
-  require(frames <= Outbox::kMostFrames + 1);
+  require(frames <= Outbox::kMaxFrames + 1);
 }
 
 }  // namespace

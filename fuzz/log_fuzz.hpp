@@ -12,8 +12,8 @@ namespace waymark {
 /// Opens any bytes as a recording and asks everything of it: whatever they are, nothing crashes, no message
 /// is larger than allowed, none lies outside the selection, and an error says something.
 inline void open_and_ask(ByteSpan bytes) {
-  constexpr std::uint64_t kMost = 1 << 20;
-  const LogOptions options{.max_record_bytes = kMost, .unpack = {.max_bytes = 4 * kMost}};
+  constexpr std::uint64_t kMaxRecordBytes = 1 << 20;
+  const LogOptions options{.max_record_bytes = kMaxRecordBytes, .unpack = {.max_bytes = 4 * kMaxRecordBytes}};
   const auto log = open_log(memory_source(bytes, "fuzz"), options);
   if (!log) {
     if (log.error().message.empty()) std::abort();
@@ -22,7 +22,7 @@ inline void open_and_ask(ByteSpan bytes) {
   CdrChannels cdr([](LogProblem::Kind, const std::string&, const Error&) {});
   const LogSelection selection{.from = 1};
   const Status visited = (*log)->visit(selection, [&](const LogChannel& channel, const LogMessage& message) {
-    if (message.data.size() > kMost || !selection.takes(message.log_time)) std::abort();
+    if (message.data.size() > kMaxRecordBytes || !selection.takes(message.log_time)) std::abort();
     (void)cdr.convert(channel, message);
     return Status{};
   });

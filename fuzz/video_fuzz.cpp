@@ -16,8 +16,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   std::optional<waymark::SensorTime> last;
-  constexpr int kMost = 50;
-  for (int k = 0; k < kMost; ++k) {
+  constexpr int kMaxPictures = 50;
+  for (int k = 0; k < kMaxPictures; ++k) {
     const auto frame = reader->next();
     if (!frame || !*frame) break;
     if ((*frame)->luma.empty() || (last && (*frame)->stamp <= *last)) std::abort();

@@ -91,7 +91,7 @@ TEST(LapCalibration, TwoSpeedsTellWhereTheCameraSits) {
 
 /// All that late pictures change is how late they are said to be.
 TEST(LapCalibration, LatePicturesTellTheSame) {
-  constexpr double kLate_s = 0.06;
+  constexpr double kCameraLatency_s = 0.06;
   DriverOptions once = bends_at_two_speeds();
   once.overlap_m = 1;
   const LapInput on_time = with_a_wrong_file(drive(214, once));
@@ -102,7 +102,7 @@ TEST(LapCalibration, LatePicturesTellTheSame) {
   ASSERT_TRUE(a && b);
   for (const auto& [name, value] : a->calibration.values) {
     const CalibratedValue& other = b->calibration.values.at(name);
-    const double later = name == "camera_latency_s" ? kLate_s : 0;
+    const double later = name == "camera_latency_s" ? kCameraLatency_s : 0;
     EXPECT_NEAR(other.value - later, value.value, 0.5 * value.sigma) << name;
     EXPECT_NEAR(other.sigma / value.sigma, 1, 0.1) << name;
   }

@@ -203,7 +203,7 @@ TEST_P(APriorMap, IsHeldAgainstTheLap) {
   const auto words = [&](const std::function<void(TagMap&)>& change) {
     TagMap changed = prior;
     change(changed);
-    return in_words(compare_maps(map, changed).value());
+    return describe(compare_maps(map, changed).value());
   };
   EXPECT_THAT(words([](TagMap&) {}), IsEmpty());
   const auto [a, b] = Fate(GetParam()).pair_apart(0, 10);

@@ -166,9 +166,10 @@ TEST(Contradictions, CleanLapsHaveNoFalseStop) {
 // before it leads the robot astray.
 TEST(LatePictures, AreNamed) {
   for (const std::uint64_t seed : {5U}) {
-    for (const double late_s : {0.0, 0.1, 0.3}) {
-      const Outcome outcome = drive(circuit(), {.seed = seed, .replay = at(0.25), .late_stamps_s = late_s});
-      std::printf("stamped %.1f s late: %s, worst %.3f m, %d stops: %s\n", late_s,
+    for (const double camera_latency_s : {0.0, 0.1, 0.3}) {
+      const Outcome outcome =
+          drive(circuit(), {.seed = seed, .replay = at(0.25), .camera_latency_s = camera_latency_s});
+      std::printf("stamped %.1f s late: %s, worst %.3f m, %d stops: %s\n", camera_latency_s,
                   outcome.end.finished ? "done" : "STOP", outcome.judged.cross_track_max_m, outcome.end.stops,
                   outcome.end.reason.c_str());
       const bool named = outcome.end.reason.find("the pictures are stamped too late") != std::string::npos;
@@ -176,7 +177,7 @@ TEST(LatePictures, AreNamed) {
         return words.find("the camera latency is") != std::string::npos;
       });
       std::printf("  %s\n", outcome.problems.empty() ? "no problem" : outcome.problems.front().c_str());
-      EXPECT_EQ(named || found, late_s > 0) << outcome.end.reason;
+      EXPECT_EQ(named || found, camera_latency_s > 0) << outcome.end.reason;
       EXPECT_TRUE(outcome.end.finished || named) << outcome.end.reason;
       EXPECT_LT(outcome.judged.cross_track_max_m, 0.03);
     }

@@ -59,8 +59,8 @@ struct Trial {
   std::vector<Fault> faults{};
   ReplayOptions replay{};
   double timeout_s = 900;
-  std::string odometry{};    ///< of the robot's driver; empty: as its file says
-  double late_stamps_s = 0;  ///< pictures come so much later, and are stamped so much too late
+  std::string odometry{};       ///< of the robot's driver; empty: as its file says
+  double camera_latency_s = 0;  ///< pictures come so much later, and are stamped so much too late
 };
 
 /// What a robot needs from a carry to its standstill at best: a picture after it, its way through the camera
@@ -125,7 +125,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
                        .camera = course.robot.camera,
                        .robot = course.robot.simulation};
   setup.robot.seed = trial.seed;
-  setup.robot.camera_latency_s = 0.08 + trial.late_stamps_s;
+  setup.robot.camera_latency_s = 0.08 + trial.camera_latency_s;
   setup.robot.dynamics.yaw_gain = trial.yaw_gain;
   setup.robot.faults = trial.faults;
   if (!trial.odometry.empty()) setup.robot.sensors.odometry = trial.odometry;
@@ -133,7 +133,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
                            .tags = course.world.tags,
                            .sensor = {setup.camera, setup.model.base_T_cam},
                            .live = true};
-  localizer.filter.camera_latency_s = -trial.late_stamps_s;
+  localizer.filter.camera_latency_s = -trial.camera_latency_s;
   Replayer replayer(make_localization_method(localizer).value(), course.route, course.world.tags, setup.model,
                     trial.replay);
   Outcome outcome;

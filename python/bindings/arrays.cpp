@@ -82,10 +82,10 @@ ImageView image_view(const py::handle& value, const char* name) {
            "does.");
   const py::ssize_t height = array.shape(0);
   const py::ssize_t width = array.shape(1);
-  constexpr py::ssize_t kMost = std::numeric_limits<int>::max();
-  if (height > kMost || width > kMost) refuse(name, "a side of the picture is too long");
+  constexpr py::ssize_t kMaxSize = std::numeric_limits<int>::max();
+  if (height > kMaxSize || width > kMaxSize) refuse(name, "a side of the picture is too long");
   if (height == 0 || width == 0) return {};
-  const bool rows_in_order = height == 1 || (array.strides(0) >= width && array.strides(0) <= kMost);
+  const bool rows_in_order = height == 1 || (array.strides(0) >= width && array.strides(0) <= kMaxSize);
   if ((width > 1 && array.strides(1) != 1) || !rows_in_order)
     refuse(name, "the pixels of a row do not lie side by side, or rows overlap or run backwards",
            "Copy it with numpy.ascontiguousarray().");

@@ -156,8 +156,8 @@ void parts(Like<ReplayStep> auto& value, auto&& apply) {
 
 // What a lap becomes.
 void parts(Like<OdometryScales> auto& value, auto&& apply) {
-  auto& [distance, yaw, slip_s, latency_s, turn_lead_s, yaw_bias_rad_s] = value;
-  apply(distance, yaw, slip_s, latency_s, turn_lead_s, yaw_bias_rad_s);
+  auto& [distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s] = value;
+  apply(distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s);
 }
 void parts(Like<LoopClosure> auto& value, auto&& apply) {
   auto& [tag, away_s, way_m, before_m, before_rad, after_m] = value;
@@ -168,9 +168,10 @@ void parts(Like<TurnNoise> auto& value, auto&& apply) {
   apply(rad_sqrt_m, scale_sigma, stretches);
 }
 void parts(Like<MountingEstimate> auto& value, auto&& apply) {
-  auto& [base_T_cam, off, sigma, out, untold, scales, scales_sigma, camera, focal_scale, focal_scale_sigma] =
-      value;
-  apply(base_T_cam, off, sigma, out, untold, scales, scales_sigma, camera, focal_scale, focal_scale_sigma);
+  auto& [base_T_cam, off, sigma, out, unobservable, scales, scales_sigma, camera, focal_scale,
+         focal_scale_sigma] = value;
+  apply(base_T_cam, off, sigma, out, unobservable, scales, scales_sigma, camera, focal_scale,
+        focal_scale_sigma);
 }
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
   auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, correlated_frames, rejected, left_out,

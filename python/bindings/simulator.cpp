@@ -9,7 +9,7 @@ namespace waymark::python {
 namespace {
 
 constexpr double kPathStep_m = 0.02;
-constexpr double kMostAdvance_s = 3600;
+constexpr double kMaxAdvance_s = 3600;
 
 SE2 start_of(const World& world, const std::optional<SE2>& start) {
   if (start) return *start;
@@ -50,7 +50,7 @@ Sample Simulator::next() {
 }
 
 std::vector<Sample> Simulator::advance(double seconds) {
-  if (!(seconds >= 0 && seconds <= kMostAdvance_s)) refuse("seconds", "not a time from 0 to 3600 s");
+  if (!(seconds >= 0 && seconds <= kMaxAdvance_s)) refuse("seconds", "not a time from 0 to 3600 s");
   const std::int64_t end = now_ns() + std::llround(seconds * 1e9);
   std::vector<Sample> samples;
   while (now_ns() < end) samples.push_back(next());

@@ -21,7 +21,7 @@
 namespace fake_v4l2 {
 namespace {
 
-constexpr std::uint32_t kMostBuffers = 8;
+constexpr std::uint32_t kMaxBuffers = 8;
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 std::int64_t now_ns() {
@@ -139,7 +139,7 @@ int Device::rate(v4l2_streamparm& parameters) const {
 int Device::buffers(v4l2_requestbuffers& request) {
   if (fault("busy")) return EBUSY;
   if (bytes_ != nullptr) munmap(std::exchange(bytes_, nullptr), mapped_);
-  request.count = std::min(request.count, kMostBuffers);
+  request.count = std::min(request.count, kMaxBuffers);
   request.capabilities = V4L2_BUF_CAP_SUPPORTS_MMAP;
   used_.assign(request.count, 0);
   queued_.clear();

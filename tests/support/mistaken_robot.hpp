@@ -20,7 +20,7 @@ namespace waymark::test {
 struct Mistake {
   SE3 wrong_mounting{};  ///< left tangent in base
   double focal_scale = 1;
-  double latency_s = 0;
+  double camera_latency_s = 0;
   double yaw_noise_rad_sqrt_s = 1e-3;
 };
 
@@ -64,7 +64,7 @@ inline MistakenDrive mistaken_drive(const Mistake& truth, double seconds, std::u
     log.samples.emplace_back(Odometry{.stamp = stamp, .odom_T_base = odom});
     log.truth.emplace_back(stamp, map_T_base);
     if (i % 4 != 0) continue;
-    TagFrame frame{.stamp = testing::at(now + kStep + truth.latency_s)};
+    TagFrame frame{.stamp = testing::at(now + kStep + truth.camera_latency_s)};
     const SE3 cam_T_map = (lift(map_T_base) * sensor.base_T_sensor).inverse();
     for (const auto& [id, tag] : hung.tags) {
       const auto corners = visible_corners(*sensor.camera, cam_T_map * tag.map_T_tag, tag.size_m);

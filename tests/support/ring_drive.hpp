@@ -19,7 +19,7 @@ struct RingShape {
   double radius_m = 1;  ///< of the way; tags hang 1.6 m outside of it
   double loops = 1.1;
   double frame_m = 0.05;          ///< way from frame to frame, 0.1 s
-  double corner_sigma_px = 0.05;  ///< and what the covariance of the corners says
+  double stated_sigma_px = 0.05;  ///< and what the covariance of the corners says
   double noise_px = 0;            ///< what is added to them
   double told_distance = 1;       ///< of what was driven the wheels tell so much
   double told_yaw = 1;
@@ -69,7 +69,7 @@ inline TagFrame ring_frame(const RingDrive& drive, const RingShape& shape, const
       corner.y() += shape.noise_px * random.normal();
     }
     seen.corner_covariance_px2 =
-        CornerCovariance(std::pow(shape.corner_sigma_px, 2) * CornerCovariance::Identity());
+        CornerCovariance(std::pow(shape.stated_sigma_px, 2) * CornerCovariance::Identity());
     frame.detections.push_back(seen);
   }
   return frame;

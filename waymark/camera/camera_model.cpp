@@ -252,8 +252,8 @@ Status check_camera_matches_image(const CameraModel& camera, int width_px, int h
 Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int height_px) {
   const double x = static_cast<double>(width_px) / camera.width_px();
   const double y = static_cast<double>(height_px) / camera.height_px();
-  constexpr double kMostApart = 0.01;  // 1280x720 and 854x480 are apart by 0.0008
-  if (width_px > 0 && height_px > 0 && std::abs(x / y - 1) > kMostApart)
+  constexpr double kMaxApart = 0.01;  // 1280x720 and 854x480 are apart by 0.0008
+  if (width_px > 0 && height_px > 0 && std::abs(x / y - 1) > kMaxApart)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("a calibration for {}x{} does not scale to {}x{}: the sides are not in the same "
                             "ratio, so that one of them shows a part of the other's picture",

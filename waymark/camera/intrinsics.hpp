@@ -11,9 +11,9 @@
 namespace waymark {
 
 /// A camera model has at most so many numbers.
-inline constexpr int kMostIntrinsics = 12;
+inline constexpr int kMaxIntrinsics = 12;
 /// J_px_intrinsics, one column for each number.
-using IntrinsicsJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMostIntrinsics>;
+using IntrinsicsJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxIntrinsics>;
 
 /// The numbers of a camera: fx, fy, cx, cy, then the distortion coefficients in use in the order of its
 /// model.

@@ -28,7 +28,7 @@ TEST(Intrinsics, ACameraComesBackFromItsNumbers) {
   for (const CameraModel& camera : cameras()) {
     const Eigen::VectorXd numbers = intrinsics_of(camera);
     ASSERT_EQ(static_cast<std::size_t>(numbers.size()), intrinsics_names(camera).size());
-    ASSERT_LE(numbers.size(), kMostIntrinsics);
+    ASSERT_LE(numbers.size(), kMaxIntrinsics);
     EXPECT_EQ(with_intrinsics(camera, numbers).value(), camera);
   }
 }

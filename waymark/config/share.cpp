@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostLevels = 5;  // from a module to the prefix it is installed in
+constexpr int kMaxLevels = 5;  // from a module to the prefix it is installed in
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
@@ -31,7 +31,7 @@ fs::path beside_module() {
     return {};
   std::error_code ignored;
   fs::path prefix = fs::absolute(module.dli_fname, ignored).parent_path();
-  for (int level = 0; level < kMostLevels && prefix.has_relative_path(); ++level) {
+  for (int level = 0; level < kMaxLevels && prefix.has_relative_path(); ++level) {
     prefix = prefix.parent_path();
     if (is_folder(prefix / "share/waymark")) return prefix / "share/waymark";
   }

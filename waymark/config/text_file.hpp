@@ -10,7 +10,7 @@
 namespace waymark {
 
 /// Of tables and lists, which may be long.
-inline constexpr std::size_t kMostTextBytes = std::size_t{1} << 30U;
+inline constexpr std::size_t kMaxTextBytes = std::size_t{1} << 30U;
 
 /// The bytes of a file or a pipe of at most so many bytes. Fails, and says what it is, on a file that begins
 /// as a recording, a picture or a packed file does, or holds zero bytes. A signal ends the wait for a pipe

@@ -14,7 +14,7 @@ namespace waymark {
 namespace {
 
 constexpr double kLeastCell_px = 5;
-constexpr double kMostReach_px = 8;
+constexpr double kMaxReach_px = 8;
 constexpr double kReachOfCell = 0.85;  // neither the data bits nor what lies beyond the paper
 constexpr double kStep_px = 0.5;
 constexpr double kLeastContrast = 30;
@@ -97,7 +97,7 @@ std::vector<EdgeBlur> edge_blurs(const ImageView& image, const TagFrame& before,
           std::min((to - from).norm(), (beside - from).norm()) / family(tag.tag.family).width_at_border;
       if (cell_px < kLeastCell_px) continue;
       const double reach_px =  // of whole steps, so that both ends count alike
-          kStep_px * std::floor(std::min(kReachOfCell * cell_px, kMostReach_px) / kStep_px);
+          kStep_px * std::floor(std::min(kReachOfCell * cell_px, kMaxReach_px) / kStep_px);
       if (!inside(image, tag, reach_px + 1)) continue;
       Eigen::Vector2d outward = Eigen::Vector2d(to.y() - from.y(), from.x() - to.x()).normalized();
       if (outward.dot((from + to) / 2 - centre) < 0) outward = -outward;

@@ -226,9 +226,9 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
   profile.p95_speed_m_s = quantile(speeds, 0.95);
   profile.p95_yaw_rate_rad_s = quantile(rates, 0.95);
   if (commands_.size() < kFewest) return;
-  constexpr double kMostDelay_s = 0.6;
+  constexpr double kMaxDelay_s = 0.6;
   double best = std::numeric_limits<double>::infinity();
-  for (double delay = 0; delay <= kMostDelay_s; delay += 0.01) {
+  for (double delay = 0; delay <= kMaxDelay_s; delay += 0.01) {
     std::size_t from = 0;
     double error = 0;
     double moments = 0;
@@ -243,7 +243,7 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
     profile.command_delay_s = delay;
   }
   // The best of what was tried lies beyond it: the speeds do not follow these commands.
-  if (profile.command_delay_s > kMostDelay_s - 0.05) profile.command_delay_s.reset();
+  if (profile.command_delay_s > kMaxDelay_s - 0.05) profile.command_delay_s.reset();
 }
 
 RecordingProfile RecordingProfiler::profile() const {
@@ -262,7 +262,7 @@ RecordingProfile RecordingProfiler::profile() const {
 
 namespace {
 
-constexpr Duration kMostGap = std::chrono::milliseconds(500);
+constexpr Duration kMaxGap = std::chrono::milliseconds(500);
 
 /// Integral of the commanded yaw rate between two moments; each command holds until the next.
 double commanded_rad(const std::vector<StampedCommand>& commands, std::size_t& at, SensorTime from,
@@ -293,8 +293,8 @@ std::optional<double> turn_response(const std::vector<StampedCommand>& commands,
   for (SensorTime from = std::max(trajectory.front().stamp, commands.front().stamp + delay);
        from + kWindow <= trajectory.back().stamp; from += kWindow) {
     const double asked_rad = commanded_rad(commands, at, from - delay, from + kWindow - delay);
-    const auto begin = pose_at(trajectory, from, kMostGap);
-    const auto end = pose_at(trajectory, from + kWindow, kMostGap);
+    const auto begin = pose_at(trajectory, from, kMaxGap);
+    const auto end = pose_at(trajectory, from + kWindow, kMaxGap);
     if (!begin || !end) continue;
     product += asked_rad * project_to_plane(begin->inverse() * *end).yaw();
     square += asked_rad * asked_rad;
@@ -309,7 +309,7 @@ std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames
   constexpr std::size_t kFewestObservations = 50;
   std::vector<double> distances_m;
   for (const TagFrame& frame : frames) {
-    const auto map_T_base = pose_at(trajectory, frame.stamp, kMostGap);
+    const auto map_T_base = pose_at(trajectory, frame.stamp, kMaxGap);
     if (!map_T_base) continue;
     const Eigen::Vector3d eye = (*map_T_base * base_T_cam).translation();
     for (const TagDetection& seen : frame.detections) {

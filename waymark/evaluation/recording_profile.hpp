@@ -47,9 +47,9 @@ struct RecordingProfile {
   std::optional<double> corner_sigma_px{};   ///< each coordinate, within a tag, of second differences in time
   std::optional<double> miss_probability{};  ///< of a tag that is seen in the frames before and after
   std::optional<double> tags_per_frame{};
-  std::optional<double> image_latency_s{};  ///< from stamp to recording, median; not known to samples
-  std::optional<double> command_delay_s{};  ///< at which speeds follow commands best
-  double mean_speed_m_s = 0;                ///< while it drives
+  std::optional<double> image_arrival_delay_s{};  ///< from stamp to recording, median; not known to samples
+  std::optional<double> command_delay_s{};        ///< at which speeds follow commands best
+  double mean_speed_m_s = 0;                      ///< while it drives
   double p95_speed_m_s = 0;
   double p95_yaw_rate_rad_s = 0;     ///< while it drives
   double standing_share = 0;         ///< of the time: it does not drive

@@ -25,7 +25,7 @@ void whiten(const CornerCovariance& W, Eigen::Matrix<double, 8, 6>& J) {
 
 }  // namespace
 
-Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m, double corner_sigma_px) {
+Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m, double default_sigma_px) {
   CornerFactor factor{.corners_px = detection.corners_px, .size_m = size_m};
   for (const Eigen::Vector2d& corner : factor.corners_px) {
     if (!corner.allFinite())
@@ -34,7 +34,7 @@ Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
   if (!is_tag_size(size_m))
     return fail(ErrorCode::InvalidArgument, "the size of " + to_string(detection.tag) + " is not positive");
   if (!detection.corner_covariance_px2) {
-    factor.whitening /= corner_sigma_px;
+    factor.whitening /= default_sigma_px;
     factor.isotropic = true;
     return factor;
   }

@@ -22,10 +22,10 @@ struct CornerFactor {
   bool isotropic = false;  ///< the whitening is a multiple of the identity, which saves work
 };
 
-/// Of a detection; `corner_sigma_px` where it has no covariance of its own. Fails on corners that are not
+/// Of a detection; `default_sigma_px` where it has no covariance of its own. Fails on corners that are not
 /// finite, a size that is not positive, a covariance that is not positive definite.
 [[nodiscard]] Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
-                                                 double corner_sigma_px);
+                                                 double default_sigma_px);
 
 /// The poses between a camera and a tag: cam_T_tag = (map_T_rig rig_T_cam)^-1 map_T_body body_T_tag. A camera
 /// on a robot: rig = base. A tag on a wall: map_T_body = identity.
@@ -53,8 +53,7 @@ struct CornerJacobians {
                                                                          CornerJacobians* J = nullptr);
 
 /// J_r_intrinsics (8 x n) of the whitened residual of corner_residual().
-using CornerIntrinsicsJacobian =
-    Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMostIntrinsics>;
+using CornerIntrinsicsJacobian = Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxIntrinsics>;
 
 /// Nothing when a corner is behind the camera or beyond the lens. No allocation.
 [[nodiscard]] std::optional<CornerIntrinsicsJacobian> corner_intrinsics_jacobian(const CornerFactor& factor,

@@ -33,14 +33,14 @@ SE2::Tangent told_twist(const SE2::Tangent& twist, const OdometryFactor& factor,
   J.col(3) = factor.rate_change;
   J(2, 4) = factor.rate_change[2];
   J(2, 5) = factor.duration_s;
-  return told +
-         J.rightCols<3>() * Eigen::Vector3d(scales.latency_s, scales.turn_lead_s, scales.yaw_bias_rad_s);
+  return told + J.rightCols<3>() *
+                    Eigen::Vector3d(scales.camera_latency_s, scales.turn_lead_s, scales.yaw_bias_rad_s);
 }
 
 }  // namespace
 
 SE2 scaled_motion(const OdometryFactor& factor, const OdometryScales& scales) {
-  SE2::Tangent twist = factor.measured.log() - scales.latency_s * factor.rate_change;
+  SE2::Tangent twist = factor.measured.log() - scales.camera_latency_s * factor.rate_change;
   twist[2] -= scales.turn_lead_s * factor.rate_change[2] + scales.yaw_bias_rad_s * factor.duration_s;
   const double way = scales.distance * twist[0];
   const double turn = scales.yaw * twist[2];

@@ -12,16 +12,16 @@ namespace waymark {
 struct OdometryScales {
   double distance = 1;
   double yaw = 1;
-  double slip_s = 0;          ///< sideways speed per speed and yaw rate: outwards in a curve when negative
-  double latency_s = 0;       ///< pictures are so much older than their stamps
-  double turn_lead_s = 0;     ///< turning is told so much earlier than the way, as by a gyro beside wheels
-  double yaw_bias_rad_s = 0;  ///< turning that is told where there is none
+  double slip_s = 0;            ///< sideways speed per speed and yaw rate: outwards in a curve when negative
+  double camera_latency_s = 0;  ///< pictures are so much older than their stamps
+  double turn_lead_s = 0;       ///< turning is told so much earlier than the way, as by a gyro beside wheels
+  double yaw_bias_rad_s = 0;    ///< turning that is told where there is none
 
   static constexpr int kCount = 6;
   using Vector = Eigen::Matrix<double, kCount, 1>;
   /// In the order above, which is that of every Jacobian and covariance.
   [[nodiscard]] Vector vector() const {
-    return {distance, yaw, slip_s, latency_s, turn_lead_s, yaw_bias_rad_s};
+    return {distance, yaw, slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s};
   }
   [[nodiscard]] static OdometryScales of(const Vector& v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
 };

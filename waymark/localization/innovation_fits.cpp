@@ -249,9 +249,9 @@ CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, 
 /// Further from the start than this is no robot, but a search gone astray.
 bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
               const CalibratedNumbers& prior) {
-  constexpr double kMostSigma = 3;
+  constexpr double kMaxSigmas = 3;
   for (std::size_t i = 0; i < kCalibrated; ++i)
-    if (std::abs(numbers[i] - start[i]) > kMostSigma * prior[i]) return false;
+    if (std::abs(numbers[i] - start[i]) > kMaxSigmas * prior[i]) return false;
   return true;
 }
 
@@ -348,8 +348,8 @@ std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
 
 /// What the drive does not tell from what was given stays that: others gave it who knew more. Gives by how
 /// much that moves each of the numbers.
-Eigen::VectorXd move_what_is_told(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
-                                  const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
+Eigen::VectorXd move_observable(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
+                                const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
   Eigen::VectorXd change(static_cast<Eigen::Index>(what.size()));
   for (std::size_t i = 0; i < what.size(); ++i)
     change[static_cast<Eigen::Index>(i)] = result.value[what[i]] - start[what[i]];
@@ -378,9 +378,9 @@ double half_interval_s(std::span<const Sample> samples, bool gyro) {
 
 /// What is known of each number, and which of them move. Where others stay as given, a number may be wrong by
 /// what that moved it, too.
-void settle(const Places& places, const SystematicFit& last, const CalibratedNumbers& given,
-            const InnovationFitOptions& fit, const Eigen::Vector3d& lever, double stamps_s,
-            InnovationFit& result) {
+void set_values_and_sigmas(const Places& places, const SystematicFit& last, const CalibratedNumbers& given,
+                           const InnovationFitOptions& fit, const Eigen::Vector3d& lever, double stamps_s,
+                           InnovationFit& result) {
   SystematicMatrix about_sensor = SystematicMatrix::Identity();
   about_sensor.block<3, 3>(0, 3) = -SO3::hat(lever);
   const SystematicMatrix all = about_sensor * last.covariance * about_sensor.transpose();
@@ -393,7 +393,7 @@ void settle(const Places& places, const SystematicFit& last, const CalibratedNum
     rows.push_back(i);
   }
   const Eigen::MatrixXd P = all(rows, rows);
-  const Eigen::VectorXd moved = move_what_is_told(P, what, given, fit.keep_sigma, result);
+  const Eigen::VectorXd moved = move_observable(P, what, given, fit.keep_sigma, result);
   for (std::size_t i = 0; i < what.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const double of_stamps = what[i] == at(Calibrated::CameraLatency) ? stamps_s : 0;
@@ -438,11 +438,11 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   SystematicErrors errors(landmarks.size());
   runs(judged.value, 1, &errors);
   const auto by_part = errors.fit(prior_of(places, fit.prior), difference(places, given, judged.value));
-  if (by_part) settle(places, *by_part, given, fit, lever(judged), stamps_s, judged);
+  if (by_part) set_values_and_sigmas(places, *by_part, given, fit, lever(judged), stamps_s, judged);
   const bool judged_better = is_better(runs(judged.value, 1), before);
   runs.holds_out = false;
   const auto last = fit_all(runs, places, given, sensor, fit, landmarks.size(), result.value);
-  if (last) settle(places, *last, given, fit, lever(result), stamps_s, result);
+  if (last) set_values_and_sigmas(places, *last, given, fit, lever(result), stamps_s, result);
   const RunCost after = runs(result.value, 1);
   if (runs.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
   result.cost_before = before.per_row();
@@ -551,8 +551,8 @@ NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks
   Likelihood cost(beginning(samples), landmarks, sensor, options, keep_going);
   Exponents best{};
   double least = cost(best);
-  constexpr double kLeast = -1;  // of what is assumed: smaller noise hides in errors that last
-  constexpr double kMost = 7;
+  constexpr double kMinExponent = -1;  // of what is assumed: smaller noise hides in errors that last
+  constexpr double kMaxExponent = 7;
   constexpr double kWorth = 1e-3;  // per row
   for (const double step : {2.0, 2.0, 1.0, 0.5}) {
     for (std::size_t i = 0; i < best.size(); ++i) {
@@ -561,7 +561,7 @@ NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks
         for (;;) {
           Exponents tried = best;
           tried[i] += direction;
-          if (tried[i] < kLeast || tried[i] > kMost) break;
+          if (tried[i] < kMinExponent || tried[i] > kMaxExponent) break;
           const double there = cost(tried);
           if (!(there < least - kWorth)) break;
           best = tried;

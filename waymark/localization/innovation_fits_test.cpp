@@ -56,7 +56,7 @@ InnovationFit calibrated(const MistakenDrive& log, const RiekfOptions& options) 
 constexpr std::size_t index(Calibrated what) { return static_cast<std::size_t>(what); }
 
 TEST(CalibrationByInnovations, FindsTheLatencyFromAnyStart) {
-  const MistakenDrive log = mistaken_drive({.latency_s = 0.06}, 60, 3);
+  const MistakenDrive log = mistaken_drive({.camera_latency_s = 0.06}, 60, 3);
   for (const double start_s : {-0.09, 0.0, 0.04, 0.08, 0.2}) {
     RiekfOptions options;
     options.camera_latency_s = start_s;

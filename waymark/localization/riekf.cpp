@@ -309,7 +309,7 @@ Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const {
 }
 
 /// An earlier look was from where the robot was then.
-Eigen::Matrix<double, 8, 1> Riekf::H_latency(const Linearised& z) const {
+Eigen::Matrix<double, 8, 1> Riekf::H_camera_latency(const Linearised& z) const {
   return -z.H_pose.lazyProduct(state_.map_T_base.adjoint() * state_.velocity);
 }
 
@@ -317,7 +317,7 @@ StateBySystematic Riekf::sensitivity(const Linearised& z) const {
   StateBySystematic J = H_of(z).lazyProduct(state_.by_systematic.topRows<3>());
   J.leftCols<6>() += z.H_mount;
   J.col(6) += z.H_scale;
-  J.col(7) += H_latency(z);
+  J.col(7) += H_camera_latency(z);
   return -J;
 }
 
@@ -450,13 +450,13 @@ void Riekf::correct_correlations(const Batch& batch, int count) {
   Eigen::Matrix<double, 8, 3> KH = Eigen::Matrix<double, 8, 3>::Zero();
   StateByBias mounted = StateByBias::Zero();
   StateVector scaled = StateVector::Zero();
-  StateVector delayed = StateVector::Zero();
+  StateVector by_camera_latency = StateVector::Zero();
   for (int i = 0; i < count; ++i) {
     const Block K = W_[at(i)].transpose();
     KH += K.lazyProduct(H_of(batch[at(i)]));
     mounted += K.lazyProduct(batch[at(i)].H_mount);
     scaled += K.lazyProduct(batch[at(i)].H_scale);
-    delayed += K.lazyProduct(H_latency(batch[at(i)]));
+    by_camera_latency += K.lazyProduct(H_camera_latency(batch[at(i)]));
   }
   const auto lose = [&KH](auto C) {
     const Eigen::Matrix<double, 3, decltype(C)::ColsAtCompileTime> top = C.template topRows<3>();
@@ -468,7 +468,7 @@ void Riekf::correct_correlations(const Batch& batch, int count) {
   lose(state_.by_systematic.leftCols<kSystematic>());
   state_.by_systematic.leftCols<6>() -= mounted;
   state_.by_systematic.col(6) -= scaled;
-  state_.by_systematic.col(7) -= delayed;
+  state_.by_systematic.col(7) -= by_camera_latency;
   for (std::size_t l = 0; l < state_.met.size(); ++l) {
     if (state_.met[l] != 0) lose(state_.C.middleCols<6>(6 * (static_cast<Eigen::Index>(l) + 1)));
   }

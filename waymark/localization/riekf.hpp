@@ -100,6 +100,8 @@ struct MotionNoise {
 /// one; all else is the same.
 struct RiekfOptions {
   MotionNoise motion{};
+  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px): weighs them against the predicted
+  /// pose. corner_noise_ratio scales it, and the covariances of detections as well.
   double corner_sigma_px = 0.3;
   double corner_noise_ratio = 1;
   double tag_sigma_m = 0.002;
@@ -278,8 +280,8 @@ struct RiekfState {
 /// IEEE TAC 62(4), 2017. No allocation after construction.
 class Riekf {
  public:
-  static constexpr int kMost = 8;  ///< observations in one update
-  using Batch = std::array<Linearised, kMost>;
+  static constexpr int kMaxBatch = 8;  ///< observations in one update
+  using Batch = std::array<Linearised, kMaxBatch>;
 
   Riekf(const RiekfOptions& options, ErrorState error,
         const std::vector<Eigen::Matrix<double, 6, 6>>& landmarks);
@@ -345,7 +347,7 @@ class Riekf {
   [[nodiscard]] Block innovation(const Linearised& a, const Reach& of_a, const Linearised& b,
                                  const Reach& of_b) const;
   [[nodiscard]] Eigen::Matrix<double, 8, 3> H_of(const Linearised& z) const;
-  [[nodiscard]] Eigen::Matrix<double, 8, 1> H_latency(const Linearised& z) const;
+  [[nodiscard]] Eigen::Matrix<double, 8, 1> H_camera_latency(const Linearised& z) const;
   [[nodiscard]] auto block(int landmark) const {
     return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1));
   }
@@ -353,7 +355,7 @@ class Riekf {
   void expect(const Linearised& z, int place);
   [[nodiscard]] bool factorize(int count);
   [[nodiscard]] static std::size_t index_of(int i, int j) {
-    return static_cast<std::size_t>(kMost) * static_cast<std::size_t>(i) + static_cast<std::size_t>(j);
+    return static_cast<std::size_t>(kMaxBatch) * static_cast<std::size_t>(i) + static_cast<std::size_t>(j);
   }
   [[nodiscard]] Block& S(int i, int j) { return S_[index_of(i, j)]; }
   void add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P);
@@ -366,10 +368,11 @@ class Riekf {
   Eigen::Matrix<double, 6, 1> mount_;  ///< variances
   std::vector<Eigen::Matrix<double, 6, 6>> landmarks_;
   RiekfState state_;
-  std::array<Reach, kMost> reach_;
-  std::array<Block, std::size_t{kMost} * kMost> S_;   ///< lower triangle by blocks; its factor L in place
-  std::array<Block, kMost> W_;                        ///< L^-1 (P H' + C N')'
-  std::array<Eigen::Matrix<double, 8, 1>, kMost> y_;  ///< L^-1 r
+  std::array<Reach, kMaxBatch> reach_;
+  std::array<Block, std::size_t{kMaxBatch} * kMaxBatch>
+      S_;                                                 ///< lower triangle by blocks; its factor L in place
+  std::array<Block, kMaxBatch> W_;                        ///< L^-1 (P H' + C N')'
+  std::array<Eigen::Matrix<double, 8, 1>, kMaxBatch> y_;  ///< L^-1 r
   double log_det_ = 0;
   bool sound_ = false;  ///< S could be factorized
   StateMatrix transition_ = StateMatrix::Identity();

@@ -25,8 +25,8 @@ RiekfLocalizer::RiekfLocalizer(Landmarks landmarks, MountedSensor sensor, const 
       timeline_(1024, 128),
       tracker_(std::move(landmarks), std::move(sensor), options, error),
       snapshots_(kSnapshots, tracker_.state()),
-      latency_(std::llround(options.camera_latency_s * 1e9)),
-      given_latency_(latency_) {}
+      camera_latency_(std::llround(options.camera_latency_s * 1e9)),
+      given_camera_latency_(camera_latency_) {}
 
 void RiekfLocalizer::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) {
   tracker_.start_from(map_T_base, sigma_m, sigma_rad);
@@ -115,22 +115,24 @@ void RiekfLocalizer::cover(SensorTime stamp) {
 }
 
 /// One Gauss-Newton step each time that the innovations are sure of it; they are then collected anew.
-void RiekfLocalizer::correct_latency() {
-  constexpr Eigen::Index kLatency = 7;
+void RiekfLocalizer::correct_camera_latency() {
+  constexpr Eigen::Index kCameraLatencyIndex = 7;
   constexpr Duration kFarthest = std::chrono::milliseconds(300);
   const auto& suspect = tracker_.suspect();
-  if (!estimates_latency_ || !suspect || suspect->suspect != Suspect::Latency || !tracker_.sees_corners())
+  if (!estimates_camera_latency_ || !suspect || suspect->suspect != Suspect::CameraLatency ||
+      !tracker_.sees_corners())
     return;
-  const Duration found = latency_ + Duration(std::llround(suspect->fit.value[kLatency] * 1e9));
-  if (found - given_latency_ > kFarthest || given_latency_ - found > kFarthest) return;
-  latency_ = found;
+  const Duration found =
+      camera_latency_ + Duration(std::llround(suspect->fit.value[kCameraLatencyIndex] * 1e9));
+  if (found - given_camera_latency_ > kFarthest || given_camera_latency_ - found > kFarthest) return;
+  camera_latency_ = found;
   tracker_.forget_systematic();
 }
 
 void RiekfLocalizer::add(const TagFrame& frame) {
   ++frames_;
-  correct_latency();
-  const SensorTime stamp = frame.stamp - latency_;
+  correct_camera_latency();
+  const SensorTime stamp = frame.stamp - camera_latency_;
   FrameObservations* slot = place(stamp);
   if (slot == nullptr) return;
   const int camera = tracker_.mounted_sensor().camera_named(frame.camera);
@@ -142,7 +144,7 @@ void RiekfLocalizer::add(const TagFrame& frame) {
     mapped_ += known ? 1 : 0;
     other_family_ += !known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0 ? 1 : 0;
     if (!observation) continue;
-    if (slot->count < FrameObservations::kMost)
+    if (slot->count < FrameObservations::kMaxObservations)
       slot->seen[slot->count++] = *observation;
     else
       ++crowded_;
@@ -163,7 +165,7 @@ std::optional<TagFix> RiekfLocalizer::tag_fix() const {
 
 void RiekfLocalizer::add(const TagPoseFrame& frame) {
   ++frames_;
-  const SensorTime stamp = frame.stamp - latency_;
+  const SensorTime stamp = frame.stamp - camera_latency_;
   FrameObservations* slot = place(stamp);
   if (slot == nullptr) return;
   const int camera = tracker_.mounted_sensor().camera_named(frame.camera);
@@ -172,7 +174,8 @@ void RiekfLocalizer::add(const TagPoseFrame& frame) {
     const auto observation =
         observation_of(seen, tracker_.landmarks(), tracker_.mounted_sensor(), tracker_.options(), camera);
     mapped_ += tracker_.landmarks().find(seen.tag) >= 0 ? 1 : 0;
-    if (observation && slot->count < FrameObservations::kMost) slot->seen[slot->count++] = *observation;
+    if (observation && slot->count < FrameObservations::kMaxObservations)
+      slot->seen[slot->count++] = *observation;
   }
   cover(stamp);
   run();
@@ -180,7 +183,7 @@ void RiekfLocalizer::add(const TagPoseFrame& frame) {
 
 void RiekfLocalizer::add(const RangeBearing& seen) {
   ++observations_;
-  const SensorTime stamp = seen.stamp - latency_;
+  const SensorTime stamp = seen.stamp - camera_latency_;
   const auto observation =
       observation_of(seen, tracker_.landmarks(), tracker_.mounted_sensor(), tracker_.options());
   mapped_ += tracker_.landmarks().find(seen.landmark) >= 0 ? 1 : 0;
@@ -195,7 +198,8 @@ void RiekfLocalizer::add(const RangeBearing& seen) {
     if (open_ == nullptr) return;
     open_->sealed = false;
   }
-  if (observation && open_->count < FrameObservations::kMost) open_->seen[open_->count++] = *observation;
+  if (observation && open_->count < FrameObservations::kMaxObservations)
+    open_->seen[open_->count++] = *observation;
 }
 
 void RiekfLocalizer::add(const Odometry& odometry) {
@@ -257,14 +261,14 @@ std::vector<std::string> RiekfLocalizer::problems() const {
                               tracker_.state().mode == TrackMode::Certain
                                   ? "was localised from the tags alone"
                                   : "is not localised, as no two tags that agree were seen since"));
-  if (latency_ != given_latency_)
+  if (camera_latency_ != given_camera_latency_)
     all.push_back(fmt::format(
         "the camera latency is {:.3f} s by the innovations, not {:.3f} s: that is used since it was found. "
         "Set it with `camera_latency_s`, or run `waymark calibrate robot` and give the result with "
         "`calibration`",
-        to_seconds(latency_), to_seconds(given_latency_)));
+        to_seconds(camera_latency_), to_seconds(given_camera_latency_)));
   if (const auto& suspect = tracker_.suspect()) {
-    all.push_back(words_of(*suspect, tracker_.sees_corners()));
+    all.push_back(describe(*suspect, tracker_.sees_corners()));
   } else if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge) {
     all.push_back(
         fmt::format("means of innovations of one tag are {:.1f} times as large as assumed: the estimate is "

@@ -32,8 +32,8 @@ class RiekfLocalizer final : public LocalizationMethod {
 
   /// From now on a camera latency that the innovations show to be another than was given is estimated, and
   /// used.
-  void estimate_latency() { estimates_latency_ = true; }
-  [[nodiscard]] double latency_s() const { return to_seconds(latency_); }
+  void estimate_camera_latency() { estimates_camera_latency_ = true; }
+  [[nodiscard]] double camera_latency_s() const { return to_seconds(camera_latency_); }
 
   [[nodiscard]] Tracker& tracker() { return tracker_; }
   [[nodiscard]] const Tracker& tracker() const { return tracker_; }
@@ -51,7 +51,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   void snapshot();
   bool rewind(SensorTime before);
   void cover(SensorTime stamp);
-  void correct_latency();
+  void correct_camera_latency();
 
   MotionInput input_;
   Timeline timeline_;
@@ -59,9 +59,9 @@ class RiekfLocalizer final : public LocalizationMethod {
   std::vector<TrackState> snapshots_;  ///< a ring, oldest first
   std::size_t snapshot_first_ = 0;
   std::size_t snapshot_count_ = 0;
-  Duration latency_;
-  Duration given_latency_;
-  bool estimates_latency_ = false;
+  Duration camera_latency_;
+  Duration given_camera_latency_;
+  bool estimates_camera_latency_ = false;
   bool moved_ = false;  ///< there was odometry
   FrameObservations* open_ = nullptr;
   FrameObservations newest_{};  ///< picture, as it was seen

@@ -333,7 +333,7 @@ TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
 TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
   for (const bool estimates : {false, true}) {
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
-    if (estimates) filter.estimate_latency();
+    if (estimates) filter.estimate_camera_latency();
     RingRobot robot;
     Random random(9);
     std::vector<std::pair<int, TagFrame>> waiting;
@@ -354,10 +354,10 @@ TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
       filter.clear_comparisons();
     }
     if (!estimates) {
-      EXPECT_DOUBLE_EQ(filter.latency_s(), 0);
+      EXPECT_DOUBLE_EQ(filter.camera_latency_s(), 0);
       continue;
     }
-    EXPECT_NEAR(filter.latency_s(), 0.08, 0.02);
+    EXPECT_NEAR(filter.camera_latency_s(), 0.08, 0.02);
     EXPECT_TRUE(says(filter, "camera latency is"));
   }
 }

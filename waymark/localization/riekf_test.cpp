@@ -155,10 +155,10 @@ TEST(Riekf, TheOrderOfTagsInAFrameDoesNotMatter) {
   const SE2 X(0.1, -0.2, 0.15);
   const SE2 guess = SE2::exp({0.05, 0.02, -0.03}) * X;
   std::vector<Observation> all = observations(X, map);
-  std::vector<Matrix6> doubt(3, Matrix6::Identity() * 1e-4);
+  std::vector<Matrix6> tag_covariance(3, Matrix6::Identity() * 1e-4);
   RiekfOptions options;
   const auto run = [&](const std::vector<Observation>& seen) {
-    Riekf filter(options, ErrorState::RightInvariant, doubt);
+    Riekf filter(options, ErrorState::RightInvariant, tag_covariance);
     filter.start(guess, Eigen::Matrix3d::Identity() * 0.01, false);
     const Riekf::Batch batch = batch_of(seen, map, guess);
     filter.correct(batch, 3, filter.gain(batch, 3, Eigen::Vector3d::Zero()));

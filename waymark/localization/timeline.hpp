@@ -73,12 +73,12 @@ class MotionInput {
 
 /// All that was seen at one moment.
 struct FrameObservations {
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMaxObservations = 16;
   SensorTime stamp{};
   std::uint64_t number = 0;  ///< order of arrival among equal stamps
   bool sealed = true;        ///< no more will be added
   bool reported = false;
-  std::array<Observation, kMost> seen{};
+  std::array<Observation, kMaxObservations> seen{};
   std::size_t count = 0;
 };
 

@@ -99,7 +99,7 @@ bool PoseHypotheses::support(Candidate& c, const Observation& observation, const
 
 void PoseHypotheses::propose(const Guess& guess, int landmark, int other) {
   std::size_t at = count_;
-  if (count_ < kMost) {
+  if (count_ < kMaxCandidates) {
     ++count_;
   } else {  // the one with the worst record goes
     const auto worst = std::min_element(all_.begin(), all_.end(), [](const Candidate& a, const Candidate& b) {
@@ -138,7 +138,7 @@ void PoseHypotheses::observe(std::span<const Observation> seen, const Landmarks&
       propose(guesses.all[static_cast<std::size_t>(g)], observation.landmark, -1);
   }
   for (std::size_t i = 0; i + 1 < seen.size(); ++i) {
-    for (std::size_t j = i + 1; j < seen.size() && count_ < kMost; ++j) {
+    for (std::size_t j = i + 1; j < seen.size() && count_ < kMaxCandidates; ++j) {
       const bool points =
           seen[i].kind != ObservationKind::Corners && seen[i].kind != ObservationKind::PlanarPose &&
           seen[j].kind != ObservationKind::Corners && seen[j].kind != ObservationKind::PlanarPose;
@@ -166,7 +166,7 @@ const Candidate* PoseHypotheses::best() const {
   return best;
 }
 
-const Candidate* PoseHypotheses::believable(bool contradicted) const {
+const Candidate* PoseHypotheses::acceptable(bool contradicted) const {
   constexpr int kObservations = 4;
   const Candidate* found = best();
   if (found == nullptr) return nullptr;
@@ -216,7 +216,7 @@ Tracker::Tracker(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& 
       systematic_(landmarks_.size()) {
   for (std::size_t n = 1; n < gates_.size(); ++n)
     gates_[n] = chi_square_quantile(options.gate, static_cast<double>(n));
-  state_.filter = before_doubt_ = filter_.state();
+  state_.filter = before_detection_ = filter_.state();
   comparisons_.reserve(kComparisonsKept);
 }
 
@@ -245,13 +245,13 @@ void Tracker::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad
   ++state_.starts;
 }
 
-void Tracker::advance(const MotionStep& told, SensorTime to) {
+void Tracker::advance(const MotionStep& measured, SensorTime to) {
   constexpr double kNoWay_m = 1e-7;
-  MotionStep step = told;
+  MotionStep step = measured;
   state_.stamp = to;
-  if (state_.wheels_stuck || state_.halt.doubted())
+  if (state_.wheels_stuck || state_.halt.suspected())
     step.jumped = false;  // encoders that go on: their step is a gap
-  if (!believes_standstill_) step = state_.halt.advance(step);
+  if (!trusts_standstill_) step = state_.halt.advance(step);
   state_.no_way = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
   state_.wheels_stuck = state_.wheels_stuck && state_.no_way;
   if (state_.wheels_stuck) {  // a random walk that is 2 cm from picture to picture
@@ -336,7 +336,7 @@ void Tracker::learn_systematic(const Linearised& z, int place) {
   systematic_.add(z, filter_.sensitivity(z), filter_.innovation_covariance(place), state_.stamp);
   if (systematic_.count() < std::max(next_verdict_, kBeforeFirst)) return;
   next_verdict_ = systematic_.count() + kBetweenVerdicts;
-  const auto verdict = judge_systematic(systematic_);
+  const auto verdict = test_systematic(systematic_);
   if (verdict || !suspected_before_) suspect_ = verdict;
 }
 
@@ -362,7 +362,7 @@ void Tracker::report_contradiction(const FrameObservations& frame, const Observa
   watch_.add(seen);
 }
 
-Tracker::Verdict Tracker::judge(FrameObservations& frame) {
+Tracker::Verdict Tracker::gate(FrameObservations& frame) {
   Verdict verdict;
   for (std::size_t i = 0; i < frame.count; ++i) {
     const Observation& observation = frame.seen[i];
@@ -373,13 +373,13 @@ Tracker::Verdict Tracker::judge(FrameObservations& frame) {
       if (usable) ++verdict.rejected_count;
       continue;
     }
-    const int place = static_cast<int>(std::min<std::size_t>(verdict.accepted_count, Riekf::kMost - 1));
+    const int place = static_cast<int>(std::min<std::size_t>(verdict.accepted_count, Riekf::kMaxBatch - 1));
     const double nis = filter_.nis(*z, place);
     const bool accepted = nis <= gates_[static_cast<std::size_t>(z->rows)];
     report(frame, observation, *z, nis, accepted, place);
     if (!usable) continue;
     if (accepted) {
-      judged_[verdict.accepted_count] = *z;
+      accepted_linearised_[verdict.accepted_count] = *z;
       verdict.accepted[verdict.accepted_count++] = &observation;
     } else {
       ++verdict.rejected_count;
@@ -392,8 +392,8 @@ Tracker::Verdict Tracker::judge(FrameObservations& frame) {
 /// Kalman Filter Update as a Gauss-Newton Method", IEEE TAC 38(2), 1993).
 void Tracker::update(const Verdict& verdict) {
   constexpr int kIterations = 4;
-  for (std::size_t first = 0; first < verdict.accepted_count; first += Riekf::kMost) {
-    const std::size_t last = std::min(verdict.accepted_count, first + Riekf::kMost);
+  for (std::size_t first = 0; first < verdict.accepted_count; first += Riekf::kMaxBatch) {
+    const std::size_t last = std::min(verdict.accepted_count, first + Riekf::kMaxBatch);
     SE2 at = filter_.state().map_T_base;
     const SE2 prior = at;
     StateVector correction = StateVector::Zero();
@@ -401,10 +401,10 @@ void Tracker::update(const Verdict& verdict) {
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       Riekf::Batch& batch = batch_;
       count = 0;
-      const bool judged_here = first == 0 && iteration == 0;
+      const bool as_gated = first == 0 && iteration == 0;
       for (std::size_t i = first; i < last; ++i) {
-        if (judged_here) {
-          batch[static_cast<std::size_t>(count++)] = judged_[i];
+        if (as_gated) {
+          batch[static_cast<std::size_t>(count++)] = accepted_linearised_[i];
           continue;
         }
         const auto z = linearise(*verdict.accepted[i], landmarks_, sensor_, at);
@@ -412,8 +412,8 @@ void Tracker::update(const Verdict& verdict) {
       }
       if (count == 0) return;
       const Eigen::Vector3d offset = minus(at, prior);
-      // judge() has just asked of each, and what it rejected stood behind them.
-      const bool expected = judged_here && verdict.accepted_count < Riekf::kMost;
+      // gate() has just asked of each, and what it rejected stood behind them.
+      const bool expected = as_gated && verdict.accepted_count < Riekf::kMaxBatch;
       correction = filter_.gain(batch, count, offset, expected);
       const SE2 next = filter_.corrected(correction);
       const Eigen::Vector3d moved = minus(next, at);
@@ -443,19 +443,19 @@ bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
 
 /// Encoders that stand still while the robot drives: when most tags contradict a standstill, and all agree
 /// that the robot went some centimetres since they were seen last, then it did.
-void Tracker::doubt_standstill(const FrameObservations& frame, double since_s) {
+void Tracker::detect_stuck_wheels(const FrameObservations& frame, double since_s) {
   constexpr double kFastest_m_s = 0.5;
   constexpr double kFastest_rad_s = 0.5;
   constexpr double kMoment_s = 0.3;
-  if (believes_standstill_ || !state_.no_way || state_.wheels_stuck || state_.given ||
+  if (trusts_standstill_ || !state_.no_way || state_.wheels_stuck || state_.given ||
       state_.mode != TrackMode::Certain)
     return;
   if (!(since_s > 0 && since_s < kMoment_s) || !all_fit(frame, true)) return;
-  before_doubt_ = filter_.state();
+  before_detection_ = filter_.state();
   filter_.propagate(
       {.extra_m2 = std::pow(kFastest_m_s * since_s, 2), .extra_rad2 = std::pow(kFastest_rad_s * since_s, 2)});
   state_.wheels_stuck = all_fit(frame, false);
-  if (!state_.wheels_stuck) return filter_.set_state(before_doubt_);
+  if (!state_.wheels_stuck) return filter_.set_state(before_detection_);
   if (tracing_) keep_step(state_.stamp);
 }
 
@@ -466,13 +466,13 @@ void Tracker::process(FrameObservations& frame) {
       bring_to_middle(frame.seen[i], landmarks_, sensor_, now.map_T_base, now.velocity,
                       options_.camera_readout_s);
   }
-  doubt_standstill(frame, to_seconds(frame.stamp - std::max(state_.frame_stamp, frame.stamp - kLongAgo)));
+  detect_stuck_wheels(frame, to_seconds(frame.stamp - std::max(state_.frame_stamp, frame.stamp - kLongAgo)));
   state_.frame_stamp = frame.stamp;
   state_.frame_number = frame.number;
   if (state_.mode == TrackMode::Lost) {
     search(frame);
   } else {
-    const Verdict verdict = judge(frame);
+    const Verdict verdict = gate(frame);
     // A picture most of which contradicts is rejected as a whole.
     if (verdict.accepted_count >= verdict.rejected_count) {
       const SE2 predicted = filter_.state().map_T_base;
@@ -482,7 +482,7 @@ void Tracker::process(FrameObservations& frame) {
             (filter_.state().map_T_base.translation() - predicted.translation()).norm());
     }
     check_sound();
-    judge_mode(verdict, frame);
+    update_mode(verdict, frame);
   }
   frame.reported = true;
   keep_filtered();
@@ -540,11 +540,11 @@ void Tracker::search(const FrameObservations& frame) {
     if (watch_.usable(frame.seen[i].landmark)) usable_[count++] = frame.seen[i];
   }
   state_.pose_hypotheses.observe(std::span(usable_.data(), count), landmarks_, sensor_);
-  const Candidate* found = state_.pose_hypotheses.believable(state_.mode != TrackMode::Lost);
+  const Candidate* found = state_.pose_hypotheses.acceptable(state_.mode != TrackMode::Lost);
   if (found == nullptr) return;
   filter_.start(found->map_T_base, found->covariance, state_.mode != TrackMode::Lost);
   int used = 0;
-  for (std::size_t i = 0; i < count && used < Riekf::kMost; ++i) {
+  for (std::size_t i = 0; i < count && used < Riekf::kMaxBatch; ++i) {
     const auto z = linearise(usable_[i], landmarks_, sensor_, found->map_T_base);
     if (z) batch_[static_cast<std::size_t>(used++)] = *z;
   }
@@ -558,7 +558,7 @@ void Tracker::search(const FrameObservations& frame) {
   watch_.forget_pending();
 }
 
-void Tracker::judge_mode(const Verdict& verdict, const FrameObservations& frame) {
+void Tracker::update_mode(const Verdict& verdict, const FrameObservations& frame) {
   if (verdict.accepted_count == 0 && verdict.rejected_count == 0) return;
   const bool agrees = verdict.accepted_count > 0 && verdict.accepted_count >= verdict.rejected_count;
   if (state_.given) {
@@ -568,10 +568,10 @@ void Tracker::judge_mode(const Verdict& verdict, const FrameObservations& frame)
       state_.mode = TrackMode::Uncertain;
     }
   }
-  agrees ? agree(verdict) : contradict(frame);
+  agrees ? count_agreement(verdict) : count_contradiction(frame);
 }
 
-void Tracker::contradict(const FrameObservations& frame) {
+void Tracker::count_contradiction(const FrameObservations& frame) {
   ++state_.contradicting_frames;
   if (!state_.contradicted) {
     state_.contradicted = true;
@@ -586,7 +586,7 @@ void Tracker::contradict(const FrameObservations& frame) {
 }
 
 /// Certain is who agreed in several looks, with two tags at least.
-void Tracker::agree(const Verdict& verdict) {
+void Tracker::count_agreement(const Verdict& verdict) {
   state_.contradicting_frames = 0;
   if (state_.mode == TrackMode::Certain) {
     state_.contradicted = false;

@@ -38,13 +38,13 @@ class PoseHypotheses {
   void observe(std::span<const Observation> seen, const Landmarks& landmarks, const MountedSensor& sensor);
   /// The candidate that can be accepted: `tags` distinct landmarks agree, more is for it than against, and no
   /// other comes near. Points need one more when `contradicted`: an estimate that speaks against it.
-  [[nodiscard]] const Candidate* believable(bool contradicted) const;
+  [[nodiscard]] const Candidate* acceptable(bool contradicted) const;
   /// The one with most support, to show something; nullptr when there is none.
   [[nodiscard]] const Candidate* best() const;
   void clear() { count_ = 0; }
 
  private:
-  static constexpr std::size_t kMost = 24;
+  static constexpr std::size_t kMaxCandidates = 24;
   [[nodiscard]] bool support(Candidate& candidate, const Observation& observation, const Guesses& guesses,
                              const Landmarks& landmarks, const MountedSensor& sensor) const;
   void propose(const Guess& guess, int landmark, int other);
@@ -52,7 +52,7 @@ class PoseHypotheses {
   RiekfOptions options_;
   double gate3_;
   double gate2_;
-  std::array<Candidate, kMost> all_{};
+  std::array<Candidate, kMaxCandidates> all_{};
   std::size_t count_ = 0;
   std::int64_t clock_ = 0;
 };
@@ -151,7 +151,7 @@ class Tracker {
   }
   /// Odometry that tells of a standstill is right, whatever tags say: for who judges by other means who
   /// moved.
-  void believe_standstill() { believes_standstill_ = true; }
+  void trust_standstill() { trusts_standstill_ = true; }
   /// A number that was suspected is another now: what was learnt of it counts no more.
   void forget_systematic();
   [[nodiscard]] bool sees_corners() const { return sees_corners_; }
@@ -163,17 +163,17 @@ class Tracker {
 
  private:
   struct Verdict {
-    std::array<const Observation*, FrameObservations::kMost> accepted{};
+    std::array<const Observation*, FrameObservations::kMaxObservations> accepted{};
     std::size_t accepted_count = 0;
     std::size_t rejected_count = 0;
   };
-  [[nodiscard]] Verdict judge(FrameObservations& frame);
-  void doubt_standstill(const FrameObservations& frame, double since_s);
+  [[nodiscard]] Verdict gate(FrameObservations& frame);
+  void detect_stuck_wheels(const FrameObservations& frame, double since_s);
   [[nodiscard]] bool all_fit(const FrameObservations& frame, bool most_contradict);
   void update(const Verdict& verdict);
-  void judge_mode(const Verdict& verdict, const FrameObservations& frame);
-  void agree(const Verdict& verdict);
-  void contradict(const FrameObservations& frame);
+  void update_mode(const Verdict& verdict, const FrameObservations& frame);
+  void count_agreement(const Verdict& verdict);
+  void count_contradiction(const FrameObservations& frame);
   void report(const FrameObservations& frame, const Observation& observation, const Linearised& z, double nis,
               bool accepted, int place);
   /// Where the landmark would be by an observation that is rejected.
@@ -192,12 +192,12 @@ class Tracker {
   TrackState state_;
   TagWatch watch_;
   Riekf::Batch batch_{};
-  std::array<Observation, FrameObservations::kMost> usable_{};
-  std::array<Linearised, FrameObservations::kMost>
-      judged_{};  ///< what is accepted, at the estimate it was judged by
+  std::array<Observation, FrameObservations::kMaxObservations> usable_{};
+  std::array<Linearised, FrameObservations::kMaxObservations>
+      accepted_linearised_{};  ///< what is accepted, at the estimate it was judged by
   std::vector<NisRecord> comparisons_;
-  RiekfState before_doubt_{};
-  bool believes_standstill_ = false;
+  RiekfState before_detection_{};
+  bool trusts_standstill_ = false;
   bool tracing_ = false;
   std::optional<Duration> trace_kept_{};  ///< nothing: all of it
   std::vector<TraceStep> trace_;

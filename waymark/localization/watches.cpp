@@ -91,7 +91,7 @@ bool TagWatch::swapped(int a, int b) const {
          (seen_b - map_a).norm() < (seen_b - map_b).norm();
 }
 
-std::string TagWatch::words(int landmark) const {
+std::string TagWatch::describe(int landmark) const {
   const Sums& wrong = at(landmark).wrong;
   const Landmark& it = landmarks_[landmark];
   const double n = wrong.count;
@@ -120,7 +120,7 @@ std::string TagWatch::words(int landmark) const {
 }
 
 /// Seen where the map says and, about as often, at one other place.
-std::optional<std::string> TagWatch::words_of_second(int landmark) const {
+std::optional<std::string> TagWatch::describe_duplicate(int landmark) const {
   const One& one = at(landmark);
   constexpr double kShare = 0.25;
   if (one.excluded || one.wrong.count < kEnough || one.wrong.count < kShare * one.seen) return std::nullopt;
@@ -138,19 +138,19 @@ std::optional<std::string> TagWatch::words_of_second(int landmark) const {
 
 std::vector<std::string> TagWatch::findings() const {
   std::vector<std::string> all;
-  std::vector<bool> said(all_.size(), false);
+  std::vector<bool> reported(all_.size(), false);
   for (int a = 0; a < landmarks_.size(); ++a) {
-    if (auto second = words_of_second(a)) all.push_back(std::move(*second));
-    if (!at(a).excluded || said[static_cast<std::size_t>(a)]) continue;
+    if (auto second = describe_duplicate(a)) all.push_back(std::move(*second));
+    if (!at(a).excluded || reported[static_cast<std::size_t>(a)]) continue;
     for (int b = a + 1; b < landmarks_.size(); ++b) {
       if (!swapped(a, b)) continue;
       all.push_back(
           fmt::format("{} and {} are swapped in the map, or on the wall: neither is used. Swap them back, or "
                       "extend the map with a lap that sees both",
                       name(a), name(b)));
-      said[static_cast<std::size_t>(a)] = said[static_cast<std::size_t>(b)] = true;
+      reported[static_cast<std::size_t>(a)] = reported[static_cast<std::size_t>(b)] = true;
     }
-    if (!said[static_cast<std::size_t>(a)]) all.push_back(words(a));
+    if (!reported[static_cast<std::size_t>(a)]) all.push_back(describe(a));
   }
   return all;
 }
@@ -175,8 +175,8 @@ MotionStep SuddenHalt::advance(MotionStep step) {
     return step;
   }
   const double period_s = step.dt_s / step.share;
-  doubted_ = doubted_ || (speed_m_s_ > kHaltSlow_m_s && speed_m_s_ > kHardestStop_m_s2 * period_s);
-  if (!doubted_) {
+  suspected_ = suspected_ || (speed_m_s_ > kHaltSlow_m_s && speed_m_s_ > kHardestStop_m_s2 * period_s);
+  if (!suspected_) {
     speed_m_s_ = 0;
     return step;
   }
@@ -190,7 +190,7 @@ MotionStep SuddenHalt::advance(MotionStep step) {
 }
 
 void SuddenHalt::observe_correction(double moved_m) {
-  if (!doubted_) return;
+  if (!suspected_) return;
   const bool stands = since_s_ > kHaltMoment_s && moved_m < kHaltStands * speed_m_s_ * since_s_;
   if (stands) *this = {};
   since_s_ = 0;
@@ -256,8 +256,8 @@ ScoreSums& ScoreSums::operator+=(const ScoreSums& other) {
   return *this;
 }
 
-void ScoreClusters::add(int landmark, SensorTime stamp, const ScoreSums& told) {
-  sums_[{stamp.time_since_epoch().count() / kMoment_ns, landmark}] += told;
+void ScoreClusters::add(int landmark, SensorTime stamp, const ScoreSums& score) {
+  sums_[{stamp.time_since_epoch().count() / kMoment_ns, landmark}] += score;
 }
 
 SystematicVector ScoreClusters::variances(const SystematicMatrix& information,
@@ -283,9 +283,9 @@ void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
   const Eigen::Matrix<double, 8, 1> white_r = llt.matrixL().solve(z.residual);
   if (!white_A.allFinite() || !white_r.allFinite()) return;
   if (count_ == per_block_ * static_cast<int>(kBlocks)) merge_blocks();
-  const Sums told{white_A.transpose().lazyProduct(white_A), white_A.transpose().lazyProduct(white_r), 1};
-  blocks_[static_cast<std::size_t>(count_ / per_block_)] += told;
-  if (clusters_) clusters_->add(z.landmark, stamp, told);
+  const Sums score{white_A.transpose().lazyProduct(white_A), white_A.transpose().lazyProduct(white_r), 1};
+  blocks_[static_cast<std::size_t>(count_ / per_block_)] += score;
+  if (clusters_) clusters_->add(z.landmark, stamp, score);
   ++count_;
   seen_[static_cast<std::size_t>(z.landmark)] = 1;
 }
@@ -356,7 +356,7 @@ struct Group {
 };
 
 constexpr std::array kGroups{Group{Suspect::Mounting, 0, 6}, Group{Suspect::Scale, 6, 1},
-                             Group{Suspect::Latency, 7, 1}};
+                             Group{Suspect::CameraLatency, 7, 1}};
 /// Of the numbers of a sensor [m, rad, 1, s]: smaller errors do no harm that the stated covariance would not
 /// cover.
 constexpr std::array kMatters{0.008, 0.008, 0.008, 0.01, 0.01, 0.01, 0.006, 0.01};
@@ -388,7 +388,7 @@ double explained_alone(const SystematicErrors& errors, const Group& group) {
 
 }  // namespace
 
-std::optional<SystematicVerdict> judge_systematic(const SystematicErrors& errors) {
+std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors) {
   const auto fit = errors.fit(prior_of_any_robot());
   if (!fit) return std::nullopt;
   constexpr double kSignificant = 30;
@@ -409,7 +409,7 @@ std::optional<SystematicVerdict> judge_systematic(const SystematicErrors& errors
   return verdict;
 }
 
-std::string words_of(const SystematicVerdict& verdict, bool corners) {
+std::string describe(const SystematicVerdict& verdict, bool corners) {
   const SystematicVector& v = verdict.fit.value;
   switch (verdict.suspect) {
     case Suspect::Mounting:
@@ -425,7 +425,7 @@ std::string words_of(const SystematicVerdict& verdict, bool corners) {
           "with `calibration`",
           corners ? "focal length, or wrong tag sizes" : "scale of the measured distances", 100 * v[6],
           corners ? "camera" : "robot");
-    case Suspect::Latency:
+    case Suspect::CameraLatency:
       return fmt::format(
           "the innovations show a wrong camera latency: by about {:+.0f} ms. Run `waymark calibrate "
           "robot` and "

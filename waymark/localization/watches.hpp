@@ -67,8 +67,8 @@ class TagWatch {
   };
   [[nodiscard]] const One& at(int landmark) const { return all_[static_cast<std::size_t>(landmark)]; }
   [[nodiscard]] bool swapped(int a, int b) const;
-  [[nodiscard]] std::string words(int landmark) const;
-  [[nodiscard]] std::optional<std::string> words_of_second(int landmark) const;
+  [[nodiscard]] std::string describe(int landmark) const;
+  [[nodiscard]] std::optional<std::string> describe_duplicate(int landmark) const;
   [[nodiscard]] std::string name(int landmark) const;
 
   Landmarks landmarks_;
@@ -79,10 +79,10 @@ class TagWatch {
 /// robot may go on as fast as it went. Until tags have said that it stands, its way is uncertain by as much.
 class SuddenHalt {
  public:
-  /// The step with the variance that the doubt adds: of the position, and of the heading where no gyro tells
-  /// of it. Constant time.
+  /// The step with the variance that the suspicion adds: of the position, and of the heading where no gyro
+  /// tells of it. Constant time.
   [[nodiscard]] MotionStep advance(MotionStep step);
-  [[nodiscard]] bool doubted() const { return doubted_; }
+  [[nodiscard]] bool suspected() const { return suspected_; }
   /// Tags of a picture corrected the position by so much: by almost nothing where the robot stands.
   void observe_correction(double moved_m);
 
@@ -90,7 +90,7 @@ class SuddenHalt {
   double speed_m_s_ = 0;  ///< of the last step that told of a way
   double yaw_rate_rad_s_ = 0;
   double since_s_ = 0;  ///< the halt, or the newest picture with tags after it
-  bool doubted_ = false;
+  bool suspected_ = false;
 };
 
 /// Do residuals of one landmark average away as fast as the filter believes? The mean of n whitened residuals
@@ -137,7 +137,7 @@ struct ScoreSums {
 /// and was printed as long as it is seen, and those of one moment share the errors of the motion.
 class ScoreClusters {
  public:
-  void add(int landmark, SensorTime stamp, const ScoreSums& told);
+  void add(int landmark, SensorTime stamp, const ScoreSums& score);
   /// Of each number, where `value` is the maximum of a likelihood of this information, all innovations and
   /// what was known before included: the variance by landmarks plus that by moments less that by what is
   /// both (Cameron, Gelbach and Miller, "Robust Inference With Multiway Clustering", Journal of Business and
@@ -200,7 +200,7 @@ class SystematicErrors {
 };
 
 /// What innovations show to be wrong.
-enum class Suspect : std::uint8_t { Mounting, Scale, Latency };
+enum class Suspect : std::uint8_t { Mounting, Scale, CameraLatency };
 
 struct SystematicVerdict {
   Suspect suspect = Suspect::Mounting;
@@ -212,8 +212,8 @@ struct SystematicVerdict {
 
 /// Wald tests of mounting, scale and latency, each beside the others; the one that alone explains most is the
 /// suspect. Nothing when none is significant and large enough to matter.
-[[nodiscard]] std::optional<SystematicVerdict> judge_systematic(const SystematicErrors& errors);
+[[nodiscard]] std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors);
 /// The suspect with its size, and the command that mends it.
-[[nodiscard]] std::string words_of(const SystematicVerdict& verdict, bool corners);
+[[nodiscard]] std::string describe(const SystematicVerdict& verdict, bool corners);
 
 }  // namespace waymark

@@ -58,19 +58,19 @@ TEST(SuddenHalt, WheelsThatStopAtOnceAreDoubtedByTheWayThatTheyWouldHaveGone) {
   EXPECT_EQ(halt.advance(step_at(0.3)).extra_m2, 0);
   double variance_m2 = 0;
   for (int i = 0; i < 10; ++i) {
-    const MotionStep doubted = halt.advance(step_at(0));
-    EXPECT_FALSE(doubted.standing);
-    variance_m2 += doubted.extra_m2;
+    const MotionStep stopped = halt.advance(step_at(0));
+    EXPECT_FALSE(stopped.standing);
+    variance_m2 += stopped.extra_m2;
   }
   EXPECT_NEAR(std::sqrt(variance_m2), 0.3 * 10 * kPeriod_s, 1e-9);
 }
 
-TEST(SuddenHalt, TheHeadingIsDoubtedOnlyWhereNoGyroTellsOfIt) {
+TEST(SuddenHalt, TheHeadingIsUncertainOnlyWhereNoGyroTellsOfIt) {
   for (const double gyro_rad_s : {0.0, 0.28}) {
     SuddenHalt halt;
     (void)halt.advance(step_at(0.3, 0.3));
-    const double doubt_rad2 = halt.advance(step_at(0, gyro_rad_s)).extra_rad2;
-    EXPECT_NEAR(doubt_rad2, gyro_rad_s == 0 ? std::pow(0.3 * kPeriod_s, 2) : 0, 1e-12);
+    const double extra_rad2 = halt.advance(step_at(0, gyro_rad_s)).extra_rad2;
+    EXPECT_NEAR(extra_rad2, gyro_rad_s == 0 ? std::pow(0.3 * kPeriod_s, 2) : 0, 1e-12);
   }
 }
 
@@ -79,7 +79,7 @@ TEST(SuddenHalt, ARobotThatBrakesIsBelieved) {
   for (double speed_m_s = 0.8; speed_m_s > 0; speed_m_s -= 5 * kPeriod_s)
     (void)halt.advance(step_at(speed_m_s));
   const MotionStep stood = halt.advance(step_at(0));
-  EXPECT_FALSE(halt.doubted());
+  EXPECT_FALSE(halt.suspected());
   EXPECT_EQ(stood.extra_m2, 0);
   EXPECT_TRUE(stood.standing);
 }
@@ -104,8 +104,8 @@ TEST(SuddenHalt, TagsDecide) {
   }
   stands.observe_correction(0.002);
   moves.observe_correction(0.024);
-  EXPECT_FALSE(stands.doubted());
-  EXPECT_TRUE(moves.doubted());
+  EXPECT_FALSE(stands.suspected());
+  EXPECT_TRUE(moves.suspected());
   EXPECT_NEAR(moves.advance(step_at(0)).extra_m2, std::pow(0.3 * kPeriod_s, 2), 1e-12) << "from the tags on";
   EXPECT_EQ(moves.advance(step_at(0.3)).extra_m2, 0) << "the encoders go on";
 }
@@ -198,9 +198,10 @@ TEST(SystematicErrors, AreNotSeenWhereThereAreNone) {
 }
 
 TEST(SystematicErrors, AreNamedAndTheCovarianceCoversThem) {
-  const std::array<std::pair<Mistake, Suspect>, 3> cases{{{wrong_mounting(), Suspect::Mounting},
-                                                          {{.focal_scale = 1.03}, Suspect::Scale},
-                                                          {{.latency_s = 0.06}, Suspect::Latency}}};
+  const std::array<std::pair<Mistake, Suspect>, 3> cases{
+      {{wrong_mounting(), Suspect::Mounting},
+       {{.focal_scale = 1.03}, Suspect::Scale},
+       {{.camera_latency_s = 0.06}, Suspect::CameraLatency}}};
   for (const auto& [truth, suspect] : cases) {
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       const MistakenDrive log = mistaken_drive(truth, 60, seed);
@@ -219,7 +220,7 @@ TEST(SystematicErrors, HaveTheSizeThatTheInnovationsTell) {
   const FilterOutcome focal = filtered(mistaken_drive({.focal_scale = 1.03}, 60, 1));
   ASSERT_TRUE(focal.suspect);
   EXPECT_NEAR(focal.suspect->fit.value[6], 0.03, 0.006);
-  const FilterOutcome late = filtered(mistaken_drive({.latency_s = 0.06}, 60, 1));
+  const FilterOutcome late = filtered(mistaken_drive({.camera_latency_s = 0.06}, 60, 1));
   ASSERT_TRUE(late.suspect);
   EXPECT_NEAR(late.suspect->fit.value[7], 0.06, 0.02);
 }

@@ -568,10 +568,10 @@ void VideoReader::Impl::note_time(const AVPacket& ours) {
 
 /// Gives the decoder the next packet of the stream, or tells it that there is none.
 Status VideoReader::Impl::feed() {
-  constexpr int kMostFailures = 100;
+  constexpr int kMaxFailures = 100;
   while (!drained) {
     const int got = av.av_read_frame(video->format, packet.get());
-    if (got < 0 && got != AVERROR_EOF && got != AVERROR(EAGAIN) && ++failures < kMostFailures) {
+    if (got < 0 && got != AVERROR_EOF && got != AVERROR(EAGAIN) && ++failures < kMaxFailures) {
       skip(words_of(av, got), video->input->at());
       continue;
     }
@@ -654,8 +654,8 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next() {
     if (got == AVERROR(ENOMEM)) return fail(ErrorCode::LimitExceeded, "not enough memory");
     if (got < 0) {
       skip(words_of(av, got), -1);
-      constexpr int kMostFailures = 1000;
-      ended = ++failures > kMostFailures;
+      constexpr int kMaxFailures = 1000;
+      ended = ++failures > kMaxFailures;
       continue;
     }
     if (!is_whole() || !stamp_frame()) continue;

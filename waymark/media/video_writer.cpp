@@ -213,11 +213,11 @@ Status check(const std::filesystem::path& path, int width_px, int height_px,
   if (!is_video_name(path.string()))
     return fail(ErrorCode::InvalidArgument, "this name ends as no video that is written", place,
                 "End it in .mp4, .mov, .mkv, .webm or .avi.");
-  constexpr int kMost = 16384;
-  if (width_px < 2 || height_px < 2 || width_px > kMost || height_px > kMost)
+  constexpr int kMaxSide_px = 16384;
+  if (width_px < 2 || height_px < 2 || width_px > kMaxSide_px || height_px > kMaxSide_px)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("pictures of {} x {} pixels make no video", width_px, height_px), place,
-                fmt::format("Sides of 2 to {} pixels are written.", kMost));
+                fmt::format("Sides of 2 to {} pixels are written.", kMaxSide_px));
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 10'000) || options.quality < 0 || options.quality > 51)
     return fail(ErrorCode::InvalidArgument, "a rate or quality that makes no video", place);
   return {};

@@ -75,7 +75,7 @@ std::string counted_reasons(const std::map<MissReason, int>& counts) {
   return words;
 }
 
-std::string words_of(std::span<const MissedTag> missed) {
+std::string describe(std::span<const MissedTag> missed) {
   if (missed.empty()) return {};
   std::map<MissReason, int> reasons;
   for (const MissedTag& one : missed) ++reasons[one.why];

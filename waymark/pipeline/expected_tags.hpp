@@ -29,6 +29,6 @@ namespace waymark {
 /// "2 too faint, 1 blurred"; empty for none.
 [[nodiscard]] std::string counted_reasons(const std::map<MissReason, int>& counts);
 /// "3 tags that should be in view were not found (2 too faint, 1 blurred)"; empty for none.
-[[nodiscard]] std::string words_of(std::span<const MissedTag> missed);
+[[nodiscard]] std::string describe(std::span<const MissedTag> missed);
 
 }  // namespace waymark

@@ -99,11 +99,11 @@ TEST(ExpectedTags, AreNoneWhereThePoseIsNotKnown) {
 }
 
 TEST(MissedTags, AreSaidWithTheirReasons) {
-  EXPECT_EQ(words_of({}), "");
+  EXPECT_EQ(describe({}), "");
   const MissedTag one{{}, MissReason::Occluded};
-  EXPECT_EQ(words_of(std::vector{one}), "1 tag that should be in view was not found (1 occluded)");
+  EXPECT_EQ(describe(std::vector{one}), "1 tag that should be in view was not found (1 occluded)");
   const std::vector<MissedTag> three = {one, {{}, MissReason::TooFaint}, {{}, MissReason::TooFaint}};
-  EXPECT_EQ(words_of(three), "3 tags that should be in view were not found (2 too faint, 1 occluded)");
+  EXPECT_EQ(describe(three), "3 tags that should be in view were not found (2 too faint, 1 occluded)");
 }
 
 }  // namespace

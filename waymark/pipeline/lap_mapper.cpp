@@ -87,7 +87,7 @@ Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& o
     return std::string();
   }
   setup.map_T_anchor = stance->map_T_anchor;
-  return in_words(*stance, setup.anchor);
+  return describe(*stance, setup.anchor);
 }
 
 /// The floor of the chain: where the robot drove.
@@ -107,7 +107,7 @@ Trajectory along_the_floor(const MappedLap& lap) {
 }
 
 /// A pose that was given for the anchor and how it leans in truth, where a person would see the difference.
-std::string lean_in_words(const TeachSetup& given, const MappedTag& anchor) {
+std::string describe_lean(const TeachSetup& given, const MappedTag& anchor) {
   constexpr double kWorthSaying = to_radians(1);
   const double lean = tilt_between(given.map_T_anchor, anchor.map_T_tag);
   if (!given.anchor_pose_given || lean < kWorthSaying) return {};
@@ -219,7 +219,7 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   if (!lap) return lap;
   if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
   if (!stance->empty()) lap->warnings.push_back(*stance);
-  if (const std::string words = lean_in_words(given, *lap->map.find(setup.anchor)); !words.empty())
+  if (const std::string words = describe_lean(given, *lap->map.find(setup.anchor)); !words.empty())
     lap->warnings.push_back(words);
   if (options.method == MapMethod::Chain) lap->map.floor = driven_floor(lap->trajectory);
   Result<BuiltRoute> route = build_route(along_the_floor(*lap), options.route);
@@ -274,9 +274,9 @@ struct Stance {
 /// seen face to face shows one of two poses, so that no mean of all means anything.
 Stance stance_of(const std::vector<SE3>& observations) {
   constexpr double kAgree = 0.35;
-  constexpr std::size_t kMost = 200;
+  constexpr std::size_t kMaxCandidates = 200;
   std::vector<SE3> some;
-  const std::size_t stride = observations.size() / kMost + 1;
+  const std::size_t stride = observations.size() / kMaxCandidates + 1;
   for (std::size_t i = 0; i < observations.size(); i += stride) some.push_back(observations[i]);
   std::vector<double> z;
   Stance stance;
@@ -327,7 +327,8 @@ Matrix6 tag_covariance(const SE3& map_T_tag, const MappedPoint& point, const Sta
   return from_coordinate_covariance(map_T_tag, P).covariance;
 }
 
-void say(const LandmarkMap& points, const std::map<TagId, TagId>& inner, std::vector<std::string>& words) {
+void warn_of_points(const LandmarkMap& points, const std::map<TagId, TagId>& inner,
+                    std::vector<std::string>& words) {
   const auto names = [](const auto& ids) {
     std::vector<std::string> list;
     list.reserve(ids.size());
@@ -389,7 +390,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
     result.lap.warnings.emplace_back(
         "the recording does not say how large its tags are, and poses do not need it: map.yaml says 0.1 m "
         "(`tag_size_m` says better)");
-  say(*points, inner, result.lap.warnings);
+  warn_of_points(*points, inner, result.lap.warnings);
   for (std::size_t i = 0; i < points->frames.size(); ++i) {
     result.lap.trajectory.push_back({lap.frames[points->frames[i]].stamp, lift(points->map_X_base[i])});
     Matrix6 P = Matrix6::Zero();

@@ -63,8 +63,8 @@ Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const Local
       setup.method == LocalizationKind::Ekf ? ErrorState::Coordinates : ErrorState::RightInvariant;
   auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.sensor, setup.filter, error);
   if (setup.live) {
-    filter->estimate_latency();
-    filter->tracker().believe_standstill();
+    filter->estimate_camera_latency();
+    filter->tracker().trust_standstill();
   }
   if (setup.method == LocalizationKind::Smoother) filter->tracker().keep_trace();
   return std::unique_ptr<LocalizationMethod>(std::move(filter));
@@ -92,8 +92,9 @@ std::vector<LocalizationEstimate> Localizer::smoothed() const {
   RiekfLocalizer* const filter = method_->filter();
   std::vector<LocalizationEstimate> run = smooth(filter->tracker().trace());
   const bool lags = method_.get() != filter;  // the filter is inside of it
-  const auto said = lags ? estimate() : std::nullopt;
-  if (said) std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= said->stamp; });
+  const auto newest = lags ? estimate() : std::nullopt;
+  if (newest)
+    std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= newest->stamp; });
   return run;
 }
 

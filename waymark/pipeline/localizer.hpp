@@ -27,8 +27,8 @@ struct LocalizerSetup {
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  /// A robot drives by it: the latency is estimated meanwhile (RiekfLocalizer::estimate_latency()), and who
-  /// moved a robot that stands is for the replay to judge (Tracker::believe_standstill()).
+  /// A robot drives by it: the latency is estimated meanwhile (RiekfLocalizer::estimate_camera_latency()),
+  /// and who moved a robot that stands is for the replay to judge (Tracker::trust_standstill()).
   bool live = false;
 };
 

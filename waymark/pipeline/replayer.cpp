@@ -109,7 +109,7 @@ void Replayer::add(const TagFrame& frame) {
   received_ = true;
   const bool mapped = std::ranges::any_of(
       frame.detections, [&](const TagDetection& seen) { return map_.find(seen.tag) != nullptr; });
-  if (mapped && !tells_accepted_) accept(frame.stamp);
+  if (mapped && !reports_accepted_) accept(frame.stamp);
   if (watch_.add(frame)) method_->add(frame);
 }
 
@@ -118,7 +118,7 @@ void Replayer::add(const TagPoseFrame& frame) {
   received_ = true;
   const bool mapped = std::ranges::any_of(
       frame.tags, [&](const SeenTagPose& seen) { return map_.find(seen.tag) != nullptr; });
-  if (mapped && !tells_accepted_) accept(frame.stamp);
+  if (mapped && !reports_accepted_) accept(frame.stamp);
   if (watch_.add(frame)) method_->add(frame);
 }
 
@@ -237,14 +237,14 @@ double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 :
 /// After more than a second without any sensor, or of a computer that was frozen or asleep, nobody knows what
 /// happened meanwhile: a person has to look.
 void Replayer::notice_silence(double dt_s) {
-  constexpr double kMost_s = 1.0;
-  if (dt_s > kMost_s && state_ != ReplayState::Waiting)
+  constexpr double kMaxSilence_s = 1.0;
+  if (dt_s > kMaxSilence_s && state_ != ReplayState::Waiting)
     silence_ = fmt::format(
         "no command was sent for {:.1f} s: this computer was busy. Look at the robot, then resume", dt_s);
   silent_s_ = std::exchange(received_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
-  if (silent_s_ > kMost_s && state_ != ReplayState::Waiting)
+  if (silent_s_ > kMaxSilence_s && state_ != ReplayState::Waiting)
     silence_ = fmt::format(
-        "no sensor sample was received for {:.1f} s or more: look at the robot, then resume", kMost_s);
+        "no sensor sample was received for {:.1f} s or more: look at the robot, then resume", kMaxSilence_s);
 }
 
 VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
@@ -263,7 +263,7 @@ std::string Replayer::alarm() const {
   if (!contradiction_.empty()) return contradiction_;
   if (!watch_.alarm().empty()) return watch_.alarm();
   if (!silence_.empty()) return silence_;
-  if (!doubts_) return {};
+  if (!lost_certainty_) return {};
   if (given_)
     return "the tags that are seen do not confirm the pose that was given: give it again, or put the robot "
            "where two tags are in view";
@@ -281,7 +281,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   inputs.picture_age_s = age_s(now, newest_picture_, 0);
   inputs.blind_m = newest_accepted_ ? consistency_.path_m() - accepted_path_m_ : 0.0;
   inputs.taught_blind_m = route_.longest_without_tags_m.value_or(0);
-  if (inputs.blind_m > inputs.taught_blind_m) inputs.missed = words_of(missed_);
+  if (inputs.blind_m > inputs.taught_blind_m) inputs.missed = describe(missed_);
   if (scan_) {
     inputs.scan_age_s = to_seconds(now - scan_->stamp);
     const double curvature = std::abs(wanted.speed_m_s) > 1e-3
@@ -302,7 +302,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
 
 void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   VelocityCommand wanted{};
-  if (step.estimate && stations_.standing() == nullptr) wanted = steer(now, *step.estimate);
+  if (step.estimate && stations_.current() == nullptr) wanted = steer(now, *step.estimate);
   SafetyInputs inputs = inputs_of(now, step.estimate, wanted);
   inputs.dt_s = dt_s;
   const SafetyVerdict verdict = limit(wanted, inputs, options_.safety);
@@ -311,7 +311,7 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   step.reason = verdict.stopped;
   if (verdict.stopped)
     step.lasting = watch_.lasting() || !contradiction_.empty() || !silence_.empty() || !pause_.empty();
-  const bool at_station = stations_.standing() != nullptr;
+  const bool at_station = stations_.current() != nullptr;
   handle(verdict.stopped ? ReplayEvent::LimiterStops
          : at_station    ? ReplayEvent::StationReached
                          : ReplayEvent::LimiterAllows);
@@ -320,9 +320,9 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
 
 /// The dwell time counts from the standstill on.
 void Replayer::serve_station(double dt_s, ReplayStep& step) {
-  step.station = *stations_.standing();
+  step.station = *stations_.current();
   step.reason = fmt::format("at '{}': goes on in {:.1f} s", step.station->name, stations_.left_s());
-  if (last_command_ == VelocityCommand{}) stations_.stand(std::clamp(dt_s, 0.0, 0.5));
+  if (last_command_ == VelocityCommand{}) stations_.dwell(std::clamp(dt_s, 0.0, 0.5));
 }
 
 /// Before it starts a robot also has to know better than it must not know while it drives.
@@ -349,14 +349,14 @@ void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
 void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
   constexpr double kMoment_s = 0.3;
   for (const NisRecord& record : step.compared) {
-    tells_accepted_ = true;
+    reports_accepted_ = true;
     if (record.accepted) accept(record.stamp);
   }
   consistency_.command(last_command_, dt_s);
   if (step.estimate) {
     const LocalizationEstimate& estimate = *step.estimate;
     const bool tags =
-        tells_accepted_ && newest_accepted_ && to_seconds(estimate.stamp - *newest_accepted_) < kMoment_s;
+        reports_accepted_ && newest_accepted_ && to_seconds(estimate.stamp - *newest_accepted_) < kMoment_s;
     consistency_.observe(estimate.map_T_base, estimate.covariance, tags);
   } else {
     consistency_.observe_nothing();
@@ -367,15 +367,15 @@ void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
                                  newest_accepted_ && *newest_accepted_ >= fix->stamp);
   }
   if (state_ == ReplayState::Waiting || !contradiction_.empty()) return;
-  if (const auto found = consistency_.contradiction()) contradiction_ = to_words(*found);
+  if (const auto found = consistency_.contradiction()) contradiction_ = describe(*found);
 }
 
 ReplayStep Replayer::step(SensorTime now) {
   ReplayStep step{.estimate = method_->estimate(), .compared = method_->comparisons()};
   method_->clear_comparisons();
   const bool known = certain(step.estimate);
-  doubts_ = knew_ && !known;
-  knew_ = knew_ || known;
+  lost_certainty_ = was_certain_ && !known;
+  was_certain_ = was_certain_ || known;
   given_ = given_ && !known;
   if (!known) step.estimate.reset();  // a guess drives no wheels
   watch_.tick(now);

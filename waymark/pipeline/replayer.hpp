@@ -186,7 +186,7 @@ class Replayer {
   std::optional<SensorTime> newest_odometry_{};
   std::optional<SensorTime> newest_gyro_{};
   std::optional<SensorTime> newest_picture_{};
-  bool tells_accepted_ = false;                  ///< the method says which observations it accepted
+  bool reports_accepted_ = false;                ///< the method says which observations it accepted
   std::optional<SensorTime> newest_accepted_{};  ///< observation of a tag
   std::optional<SensorTime> newest_fix_{};       ///< pose by the tags of one picture
   double accepted_path_m_ = 0;                   ///< way by the wheels up to it
@@ -202,11 +202,11 @@ class Replayer {
   std::optional<SensorTime> last_step_{};
   std::string refusal_{};
   std::string pause_{};
-  bool knew_ = false;        ///< a certain estimate was there once
-  bool doubts_ = false;      ///< and is not now
-  bool given_ = false;       ///< since somebody said where it is
-  bool unsure_ = false;      ///< it stands for want of a position
-  bool find_ahead_ = false;  ///< after resume()
+  bool was_certain_ = false;     ///< a certain estimate was there once
+  bool lost_certainty_ = false;  ///< and is not now
+  bool given_ = false;           ///< since somebody said where it is
+  bool unsure_ = false;          ///< it stands for want of a position
+  bool find_ahead_ = false;      ///< after resume()
   int stops_ = 0;
 };
 

@@ -148,21 +148,22 @@ void Teacher::count(SensorTime stamp, const std::string& camera, const std::vect
   links_.add(tags, in_view_.beside(camera, stamp));
   if (!tags.empty()) last_tag_ = stamp;
   counters_.longest_blind_s = std::max(counters_.longest_blind_s, to_seconds(stamp - last_tag_));
-  if (map_T_cam) keep_sight(stamp, *map_T_cam);
+  if (map_T_cam) keep_anchor_observation(stamp, *map_T_cam);
 }
 
-void Teacher::keep_sight(SensorTime stamp, const SE3& map_T_cam) {
+void Teacher::keep_anchor_observation(SensorTime stamp, const SE3& map_T_cam) {
   if (!first_anchored_cam_) first_anchored_cam_ = StampedPose{stamp, map_T_cam};
   const Eigen::Vector3d apart = map_T_cam.translation() - first_anchored_cam_->map_T_base.translation();
-  last_sights_.push_back({stamp, apart.norm(), counters_.distance_m});
-  while (to_seconds(stamp - last_sights_.front().stamp) > kAnchorWindowSeconds) last_sights_.pop_front();
+  last_anchor_observations_.push_back({stamp, apart.norm(), counters_.distance_m});
+  while (to_seconds(stamp - last_anchor_observations_.front().stamp) > kAnchorWindowSeconds)
+    last_anchor_observations_.pop_front();
 }
 
 /// Where the lap overlaps its begin, one sight of the overlap is from nearly the same place; the last one is
 /// from the end of the overlap.
 bool Teacher::came_back(SensorTime since) const {
-  return std::ranges::any_of(last_sights_, [since](const AnchorSight& sight) {
-    return sight.stamp >= since && sight.apart_m < kSamePlaceMetres && sight.driven_m > 2 * kSamePlaceMetres;
+  return std::ranges::any_of(last_anchor_observations_, [since](const AnchorObservation& seen) {
+    return seen.stamp >= since && seen.apart_m < kSamePlaceMetres && seen.driven_m > 2 * kSamePlaceMetres;
   });
 }
 
@@ -173,7 +174,7 @@ void Teacher::receive(SensorTime stamp, bool is_frame) {
   const bool goes_on = !newest_frame_ || stamp >= *newest_frame_;
   if (is_frame) newest_frame_ = stamp;
   if (since_s < -kJumpSeconds && goes_on && is_frame) {
-    counters_.late_pictures_s = std::max(counters_.late_pictures_s, -since_s);
+    counters_.image_arrival_delay_s = std::max(counters_.image_arrival_delay_s, -since_s);
     return;
   }
   if (since_s < -kJumpSeconds) counters_.clock_back_s = std::max(counters_.clock_back_s, -since_s);
@@ -192,7 +193,7 @@ void Teacher::add(const Odometry& odometry) {
 }
 
 /// Which tags hang loosely on the others, or not at all, and what to do about it.
-void Teacher::judge_links(TeachSummary& summary) const {
+void Teacher::warn_of_links(TeachSummary& summary) const {
   summary.weak_links = links_.weak(kFewFrames);
   summary.unreachable = links_.unreachable(setup_.anchor);
   for (const TagLink& link : summary.weak_links) {
@@ -210,7 +211,7 @@ void Teacher::judge_links(TeachSummary& summary) const {
       names));
 }
 
-void Teacher::judge_stamps(TeachSummary& summary) const {
+void Teacher::warn_of_stamps(TeachSummary& summary) const {
   if (summary.clock_back_s > 0)
     summary.warnings.push_back(fmt::format(
         "the sensors' clock went back by {:.2f} s: what was seen before and after cannot be put in "
@@ -221,12 +222,12 @@ void Teacher::judge_stamps(TeachSummary& summary) const {
         "odometry jumped {}, as it does when the robot is restarted or its odometry is set back: how "
         "the robot moved meanwhile is not known, drive the lap again",
         counted(summary.odometry_jumps, "time")));
-  if (summary.late_pictures_s > 0)
+  if (summary.image_arrival_delay_s > 0)
     summary.warnings.push_back(
         fmt::format("pictures came up to {:.2f} s later than odometry of the same time: a replay would drive "
                     "by what is long "
                     "past, look for the delay between the camera and this program",
-                    summary.late_pictures_s));
+                    summary.image_arrival_delay_s));
   if (summary.longest_silence_s > kJumpSeconds)
     summary.warnings.push_back(fmt::format(
         "nothing was heard of camera and odometry for {:.2f} s: they failed, or their clock jumped "
@@ -238,7 +239,7 @@ bool Teacher::long_enough(const TeachSummary& summary) const {
   return setup_.closed_route ? summary.closed_loop : summary.distance_m >= kShortestMetres;
 }
 
-void Teacher::judge_views(TeachSummary& summary) const {
+void Teacher::warn_of_views(TeachSummary& summary) const {
   const auto warn = [&](bool condition, std::string words) {
     if (condition) summary.warnings.push_back(std::move(words));
   };
@@ -276,14 +277,15 @@ TeachSummary Teacher::summary() const {
   summary.anchor_at_start =
       first_anchored_cam_ && to_seconds(first_anchored_cam_->stamp - *first_) <= window_s;
   const SensorTime last_window = last_ - Duration(static_cast<std::int64_t>(window_s * 1e9));
-  summary.anchor_at_end = !last_sights_.empty() && last_sights_.back().stamp >= last_window;
+  summary.anchor_at_end =
+      !last_anchor_observations_.empty() && last_anchor_observations_.back().stamp >= last_window;
   summary.closed_loop = summary.anchor_at_start && summary.anchor_at_end && came_back(last_window);
   summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
                      summary.clock_back_s == 0 && summary.odometry_jumps == 0 && long_enough(summary);
 
-  judge_views(summary);
-  judge_links(summary);
-  judge_stamps(summary);
+  warn_of_views(summary);
+  warn_of_links(summary);
+  warn_of_stamps(summary);
   return summary;
 }
 

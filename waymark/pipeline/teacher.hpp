@@ -85,7 +85,8 @@ struct TeachSummary {
   double clock_back_s = 0;       ///< how far the sensors' clock went back, at most
   double longest_silence_s = 0;  ///< without any sample at all
   int odometry_jumps = 0;        ///< where odometry was set back (odometry_jumped())
-  double late_pictures_s = 0;    ///< how far tags came behind the odometry of their time, where that is long
+  double image_arrival_delay_s =
+      0;  ///< how far tags came behind the odometry of their time, where that is long
   /// A map can be made: the anchor and another tag were seen, clock and odometry held, and the loop is closed
   /// where it was meant to be, or half a metre was driven where it was not.
   bool mappable = false;
@@ -115,7 +116,7 @@ class Teacher {
 
  private:
   /// The anchor was seen.
-  struct AnchorSight {
+  struct AnchorObservation {
     SensorTime stamp{};
     double apart_m = 0;   ///< from where it was seen first
     double driven_m = 0;  ///< until then
@@ -124,12 +125,12 @@ class Teacher {
   void count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
              const std::optional<SE3>& map_T_cam);
   [[nodiscard]] std::optional<SE3> anchored(const ObservedFrame& observed) const;
-  void keep_sight(SensorTime stamp, const SE3& map_T_cam);
+  void keep_anchor_observation(SensorTime stamp, const SE3& map_T_cam);
   [[nodiscard]] bool came_back(SensorTime since) const;
   void receive(SensorTime stamp, bool is_frame);
-  void judge_views(TeachSummary& summary) const;
-  void judge_links(TeachSummary& summary) const;
-  void judge_stamps(TeachSummary& summary) const;
+  void warn_of_views(TeachSummary& summary) const;
+  void warn_of_links(TeachSummary& summary) const;
+  void warn_of_stamps(TeachSummary& summary) const;
   [[nodiscard]] bool long_enough(const TeachSummary& summary) const;
 
   TeachSetup setup_;
@@ -142,7 +143,7 @@ class Teacher {
   TagsInView in_view_{};
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
-  std::deque<AnchorSight> last_sights_{};  ///< of the seconds before the last one
+  std::deque<AnchorObservation> last_anchor_observations_{};  ///< of the seconds before the last one
   std::optional<Odometry> odometry_{};
 };
 

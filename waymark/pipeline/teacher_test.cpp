@@ -163,7 +163,7 @@ TEST(Teacher, PicturesThatComeLateAreNamedAndNotTheClock) {
     if (t >= 0.7) teacher.watch(TagFrame{.stamp = at(t - 0.7)});
   }
   const TeachSummary summary = teacher.summary();
-  EXPECT_NEAR(summary.late_pictures_s, 0.7, 1e-6);
+  EXPECT_NEAR(summary.image_arrival_delay_s, 0.7, 1e-6);
   EXPECT_EQ(summary.clock_back_s, 0);
   EXPECT_TRUE(warns(summary, "pictures came up to 0.70 s later"));
   EXPECT_FALSE(warns(summary, "went back"));

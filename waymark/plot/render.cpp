@@ -99,8 +99,8 @@ void record_resolution(std::vector<std::uint8_t>& png, double dpi) {
 constexpr double kPointsPerMillimetre = 72.0 / 25.4;
 constexpr double kMillimetresPerInch = 25.4;
 constexpr double kLargestSideMm = 5000.0;
-constexpr double kMostPixels = 200e6;
-constexpr double kMostPixelsASide = 32767.0;  // cairo's own limit
+constexpr double kMaxPixels = 200e6;
+constexpr double kMaxPixelsASide = 32767.0;  // cairo's own limit
 
 struct CairoRelease {
   void operator()(cairo_t* canvas) const { cairo_destroy(canvas); }
@@ -222,7 +222,7 @@ Result<Bytes> render_png(const Drawing& page, double dpi) {
   }
   const double width_px = pixels_of(page.width_mm, dpi);
   const double height_px = pixels_of(page.height_mm, dpi);
-  if (width_px * height_px > kMostPixels || std::max(width_px, height_px) > kMostPixelsASide) {
+  if (width_px * height_px > kMaxPixels || std::max(width_px, height_px) > kMaxPixelsASide) {
     return fail(ErrorCode::LimitExceeded,
                 fmt::format("a picture of {:.0f} x {:.0f} pixels", width_px, height_px), {.key = "dpi"},
                 "Lower the dpi, or write .pdf or .svg, which have no pixels.");

@@ -161,7 +161,7 @@ double two_sigma_m(const Eigen::Matrix3d& covariance) {
 }  // namespace
 
 Figure speed_figure(const std::string& title, const std::vector<Odometry>& odometry) {
-  Series speed{.name = "speed [m/s]", .color = kTaughtColor};
+  Series speed{.name = "speed [m/s]", .color = kOdometryColor};
   Series turn{.name = "yaw rate [rad/s]", .color = kEstimateColor};
   for (const Odometry& sample : odometry) {
     const double t = to_seconds(sample.stamp - odometry.front().stamp);
@@ -173,23 +173,23 @@ Figure speed_figure(const std::string& title, const std::vector<Odometry>& odome
   return over_time(title, {.label = "by the wheels", .unit = ""}, {std::move(speed), std::move(turn)});
 }
 
-Figure error_and_doubt_figure(const std::string& title, const EstimatedTrajectory& estimate,
-                              const Trajectory& truth) {
+Figure error_and_uncertainty_figure(const std::string& title, const EstimatedTrajectory& estimate,
+                                    const Trajectory& truth) {
   Series error{.name = "distance from the truth", .color = kEstimateColor};
-  Series doubt{.name = "twice the standard deviation claimed", .color = kPalette[3]};
+  Series deviation{.name = "twice the standard deviation claimed", .color = kPalette[3]};
   for (const PosePair& pair : pair_by_time(estimate, truth, kMaxGap)) {
     error.x.push_back(to_seconds(pair.estimated.stamp - estimate.front().stamp));
     error.y.push_back(
         (pair.estimated.map_T_base.translation() - pair.reference.translation()).head<2>().norm());
   }
   for (const EstimatedPose& pose : estimate) {
-    doubt.x.push_back(to_seconds(pose.stamp - estimate.front().stamp));
-    doubt.y.push_back(pose.covariance ? two_sigma_m(*pose.covariance)
-                                      : std::numeric_limits<double>::quiet_NaN());
+    deviation.x.push_back(to_seconds(pose.stamp - estimate.front().stamp));
+    deviation.y.push_back(pose.covariance ? two_sigma_m(*pose.covariance)
+                                          : std::numeric_limits<double>::quiet_NaN());
   }
   std::vector<Series> series;
   if (!error.x.empty()) series.push_back(std::move(error));
-  series.push_back(std::move(doubt));
+  series.push_back(std::move(deviation));
   return over_time(title, {.label = "position", .unit = "m", .low = 0}, std::move(series));
 }
 

@@ -8,13 +8,15 @@
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// The figures of a loop that was taught, mapped and driven again. Colours: truth green, estimate red,
-/// odometry and the taught lap blue.
+/// The figures of a loop that was taught, mapped and driven again.
 namespace waymark::plot {
 
-inline constexpr Color kTruthColor = kPalette[2];
-inline constexpr Color kEstimateColor{0.757, 0.071, 0.122};
-inline constexpr Color kTaughtColor = kPalette[0];
+/// One colour a source, in every figure and report. The viewer uses the same on its light page
+/// (--truth, --odometry, --estimate in viewer/src/style.css; a test compares them).
+inline constexpr Color kTruthColor = kPalette[2];            // green
+inline constexpr Color kOdometryColor = kPalette[0];         // blue
+inline constexpr Color kEstimateColor{0.757, 0.071, 0.122};  // red
+inline constexpr Color kTaughtColor = kOdometryColor;        // where no odometry is drawn
 
 /// A way on the floor, and tags that belong to it; either may be empty.
 struct PathLayer {
@@ -47,8 +49,9 @@ struct PathLayer {
 
 /// How far the estimate is from the truth, and twice the standard deviation it claims along the worst
 /// direction of the floor. The truth may be empty: then the doubt alone.
-[[nodiscard]] Figure error_and_doubt_figure(const std::string& title, const EstimatedTrajectory& estimate,
-                                            const Trajectory& truth);
+[[nodiscard]] Figure error_and_uncertainty_figure(const std::string& title,
+                                                  const EstimatedTrajectory& estimate,
+                                                  const Trajectory& truth);
 
 /// Heading of the estimate less that of the truth [deg].
 [[nodiscard]] Figure heading_error_figure(const std::string& title, const EstimatedTrajectory& estimate,

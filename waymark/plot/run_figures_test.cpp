@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <utility>
 #include <variant>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "waymark/geometry/planar.hpp"
@@ -17,6 +22,23 @@ Trajectory straight(double y_m, int shift_ms = 0) {
     trajectory.push_back(
         {SensorTime(std::chrono::milliseconds(100 * i + shift_ms)), lift(SE2(0.1 * i, y_m, 0))});
   return trajectory;
+}
+
+std::string style_sheet_color(const Color& color) {
+  const auto byte = [](double value) { return std::lround(255 * value); };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(color.red), byte(color.green), byte(color.blue));
+}
+
+/// The style sheet's first block is the light page.
+TEST(RunColors, AreThoseOfTheViewer) {
+  std::ifstream file(WAYMARK_SHARE "/../viewer/src/style.css");
+  const std::string style(std::istreambuf_iterator<char>(file), {});
+  const std::string light = style.substr(0, style.find('}'));
+  constexpr std::pair<const char*, Color> kColors[] = {
+      {"--truth", kTruthColor}, {"--odometry", kOdometryColor}, {"--estimate", kEstimateColor}};
+  for (const auto& [name, color] : kColors)
+    EXPECT_NE(light.find(fmt::format("{}: {};", name, style_sheet_color(color))), std::string::npos)
+        << name << " should be " << style_sheet_color(color) << " in viewer/src/style.css";
 }
 
 TEST(LoopFigures, ErrorsAreThoseOfTheTrajectories) {

@@ -13,7 +13,7 @@ namespace waymark::plot {
 namespace {
 
 constexpr double kSquareCaptionHeightMm = 8.0;
-constexpr int kMostBoardPages = 400;
+constexpr int kMaxBoardPages = 400;
 
 double square_mm(const SquareBoardOptions& options) { return 1e3 * options.board.size_m; }
 
@@ -66,7 +66,7 @@ Split split_of(const SquareBoardOptions& options, double square_mm) {
 tl::unexpected<Error> squares_do_not_fit(const SquareBoardOptions& options) {
   double fitting_mm = 0;
   double failing_mm = square_mm(options);
-  const double most_pages = options.tiled ? kMostBoardPages : 1;
+  const double most_pages = options.tiled ? kMaxBoardPages : 1;
   for (int i = 0; i < 60; ++i) {
     const double middle_mm = (fitting_mm + failing_mm) / 2;
     (split_of(options, middle_mm).pages() <= most_pages ? fitting_mm : failing_mm) = middle_mm;
@@ -76,7 +76,7 @@ tl::unexpected<Error> squares_do_not_fit(const SquareBoardOptions& options) {
   return fail(ErrorCode::InvalidArgument,
               fmt::format("{} x {} squares of {} do not fit on {}{}", options.board.columns,
                           options.board.rows, millimetres(square_mm(options)),
-                          options.tiled ? fmt::format("{} pages of ", kMostBoardPages) : std::string(),
+                          options.tiled ? fmt::format("{} pages of ", kMaxBoardPages) : std::string(),
                           options.paper.name),
               {.key = "square_size_m"},
               largest + (options.tiled ? "; or take larger paper (`paper`)."
@@ -166,7 +166,7 @@ Result<SquareBoardLayout> layout_square_board(const SquareBoardOptions& options)
       options.markers.size() != board_markers(options.board).size())
     return fail(ErrorCode::InvalidArgument, "this is no board of squares with its markers");
   const Split split = split_of(options, square_mm(options));
-  if ((!options.tiled && split.pages() > 1) || split.pages() > kMostBoardPages)
+  if ((!options.tiled && split.pages() > 1) || split.pages() > kMaxBoardPages)
     return squares_do_not_fit(options);
   SquareBoardLayout layout{options,      split.paper, place_footer(split.paper, 1e3 * options.margin_m),
                            split.across, split.down,  {}};

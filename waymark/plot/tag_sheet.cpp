@@ -77,7 +77,7 @@ Result<Paper> parse_paper(std::string_view text) {
 
 namespace {
 
-constexpr std::size_t kMostPages = 2000;
+constexpr std::size_t kMaxPages = 2000;
 constexpr double kNarrowestTileMm = 18.0;  // so that the caption of a small tag can be read
 
 /// The measures of one tile, the same for all tags of a family and size.
@@ -247,9 +247,9 @@ Result<SheetLayout> layout_sheet(FamilyId id, const std::vector<int>& numbers, c
   const int per_page = options.per_page > 0 ? options.per_page : grid.capacity();
   grid = shrunk_to(grid, std::min(per_page, static_cast<int>(numbers.size())));
   const auto step = static_cast<std::size_t>(per_page);
-  if ((numbers.size() + step - 1) / step > kMostPages) {
+  if ((numbers.size() + step - 1) / step > kMaxPages) {
     return fail(ErrorCode::LimitExceeded,
-                fmt::format("{} tags would need more than {} pages", numbers.size(), kMostPages),
+                fmt::format("{} tags would need more than {} pages", numbers.size(), kMaxPages),
                 {.key = "ids"}, "Ask for fewer at a time.");
   }
 

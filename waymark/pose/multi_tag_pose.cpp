@@ -116,14 +116,14 @@ class Growth {
 /// part of its chi2.
 constexpr double kUnexplained = 0.25;
 /// How often a tag may be sent away and come back when the others have changed.
-constexpr int kMostExpulsions = 2;
+constexpr int kMaxExpulsions = 2;
 /// The map's uncertainty is linearised again when the pose has moved by this many standard deviations, this
 /// often at most.
 constexpr double kMovedSigmas = 0.1;
-constexpr int kMostLinearisations = 4;
+constexpr int kMaxLinearisations = 4;
 
 bool Growth::may_join(std::size_t i) const {
-  return !tags_[i].is_member && fits_[i].visible && tags_[i].expulsions < kMostExpulsions;
+  return !tags_[i].is_member && fits_[i].visible && tags_[i].expulsions < kMaxExpulsions;
 }
 
 void Growth::set_member(std::size_t i, bool is_member) {
@@ -325,7 +325,7 @@ std::optional<Consensus> Growth::finish(const SE3& cam_T_map) const {
 
 /// Linearises the map's uncertainty here if the pose has moved noticeably since last time.
 bool Growth::linearise_map_again(const SE3& cam_T_map) {
-  if (!map_is_uncertain_ || linearisations_ >= kMostLinearisations) return false;
+  if (!map_is_uncertain_ || linearisations_ >= kMaxLinearisations) return false;
   const std::optional<Solved> solved = solve();
   Vector6 moved;
   moved << pivot_of(cam_T_map) - pivot_of(linearised_at_),

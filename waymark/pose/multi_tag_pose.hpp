@@ -16,8 +16,8 @@
 namespace waymark {
 
 struct MultiTagOptions {
-  double corner_sigma_px = 0.2;    ///< used when a detection has no covariance of its own
-  double tag_gate_chi2 = 26.1;     ///< 0.999 quantile for 8 residuals
+  double corner_sigma_px = TagPoseOptions{}.corner_sigma_px;  ///< the same number, and used in the same case
+  double tag_gate_chi2 = 26.1;                                ///< 0.999 quantile for 8 residuals
   double corner_gate_chi2 = 16.6;  ///< for 2 residuals; 0.999 for all four corners of a tag together
   double ambiguity_chi2 = 9.0;     ///< likelihood ratio of 1 in 90
   double duplicate_px = 1.0;       ///< two detections of one id nearer than this are one

@@ -19,7 +19,9 @@ namespace waymark {
 using PoseCovariance = Covariance<SE3>;
 
 struct TagPoseOptions {
-  double corner_sigma_px = 0.2;  ///< used when a detection has no covariance of its own
+  /// Default noise of a corner: used when a detection has no covariance of its own
+  /// (TagDetection::corner_covariance_px2 comes first). The other options of this name say how they differ.
+  double corner_sigma_px = 0.2;
   int max_iterations = 30;
 
   template <class Self, class Visitor>

@@ -56,8 +56,8 @@ Result<ByteSpan> decompress_zstd(ByteSpan packed, std::size_t size, Bytes& room)
 }
 
 Result<ByteSpan> decompress_lz4(ByteSpan packed, std::size_t size, Bytes& room) {
-  constexpr std::size_t kMostRatio = 255;  // of the format (LZ4 block format, "Compressed block format")
-  if (size / kMostRatio > packed.size())
+  constexpr std::size_t kMaxRatio = 255;  // of the format (LZ4 block format, "Compressed block format")
+  if (size / kMaxRatio > packed.size())
     return damaged("lz4", fmt::format("{} bytes cannot hold {}", packed.size(), size));
   LZ4F_dctx* raw = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION)) != 0)

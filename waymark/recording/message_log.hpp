@@ -109,7 +109,7 @@ struct LogOptions {
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
   UnpackLimits unpack{};
   /// How long before its stamp an MBot's picture was taken: its tags are stamped when they are published.
-  Duration mbot_tag_latency = std::chrono::milliseconds(65);
+  Duration mbot_camera_latency = std::chrono::milliseconds(65);
 };
 
 /// A recording of any format, open for reading.

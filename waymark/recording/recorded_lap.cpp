@@ -24,16 +24,16 @@ void keep(const Sample& sample, RecordedLap& lap) {
 template <class Frame>
 void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
   constexpr Duration kJump = std::chrono::seconds(1);
-  std::size_t late = 0;
+  std::size_t out_of_order = 0;
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const Duration behind = frames[i - 1].stamp - frames[i].stamp;
     if (behind > kJump) return;
-    if (behind > Duration(0)) ++late;
+    if (behind > Duration(0)) ++out_of_order;
   }
-  if (late > 0) {
+  if (out_of_order > 0) {
     std::ranges::stable_sort(frames, {}, &Frame::stamp);
     notes.push_back(fmt::format("recorded after later pictures, and put in the order of the stamps: {}",
-                                counted(late, "picture")));
+                                counted(out_of_order, "picture")));
   }
   std::map<std::string, SensorTime> newest;
   const std::size_t again = std::erase_if(frames, [&](const Frame& frame) {

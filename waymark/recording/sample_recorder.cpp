@@ -41,7 +41,7 @@ Status SampleRecorder::write(const std::string& topic, std::string_view type, Se
     if (!channel) return tl::unexpected(channel.error());
     channels_[topic] = *channel;
   }
-  return writer_.write(channels_.at(topic), nanoseconds(stamp + delay_), nanoseconds(stamp), data);
+  return writer_.write(channels_.at(topic), nanoseconds(stamp + arrival_delay_), nanoseconds(stamp), data);
 }
 
 template <class Message>
@@ -87,17 +87,17 @@ Status SampleRecorder::close() {
 
 /// What was recorded before it had arrived before it. A stamp of another time, as of a clock that jumped,
 /// says nothing of that.
-Duration SampleRecorder::delay_of_camera(SensorTime stamp) const {
-  constexpr Duration kMost = std::chrono::seconds(2);
+Duration SampleRecorder::arrival_delay_of_image(SensorTime stamp) const {
+  constexpr Duration kMaxArrivalDelay = std::chrono::seconds(2);
   const Duration behind = newest_ ? *newest_ - stamp : Duration{};
-  return behind <= kMost ? std::max(camera_latency_, behind) : camera_latency_;
+  return behind <= kMaxArrivalDelay ? std::max(image_arrival_delay_, behind) : image_arrival_delay_;
 }
 
 Status SampleRecorder::add(const Sample& sample) {
   if (Status status = add_waiting_cameras(stamp_of(sample)); !status) return status;
   const bool seen = std::holds_alternative<TagFrame>(sample) || std::holds_alternative<CameraFrame>(sample) ||
                     std::holds_alternative<TagPoseFrame>(sample);
-  delay_ = seen ? delay_of_camera(stamp_of(sample)) : Duration{};
+  arrival_delay_ = seen ? arrival_delay_of_image(stamp_of(sample)) : Duration{};
   if (!seen) newest_ = stamp_of(sample);
   const Status status = std::visit(
       [this](const auto& value) -> Status {
@@ -112,7 +112,7 @@ Status SampleRecorder::add(const Sample& sample) {
         }
       },
       sample);
-  delay_ = {};
+  arrival_delay_ = {};
   return status;
 }
 

@@ -39,8 +39,8 @@ inline constexpr const char* kEstimate = "/waymark/pose";
 [[nodiscard]] std::string topic_of_camera(const std::string& camera, const char* topic);
 
 /// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp; of a camera's,
-/// the time it arrives: its stamp and the latency that was set, and no earlier than the newest stamp of the
-/// other sensors that were added before it.
+/// the time it arrives: its stamp and the arrival delay that was set, and no earlier than the newest stamp of
+/// the other sensors that were added before it.
 class SampleRecorder {
  public:
   static Result<SampleRecorder> open(std::unique_ptr<ByteSink> sink, const mcap::WriterOptions& options = {});
@@ -60,7 +60,7 @@ class SampleRecorder {
                         std::string_view text);
 
   /// Pictures, tags and poses of tags arrive at least so long after their stamp.
-  void set_camera_latency(Duration latency) { camera_latency_ = latency; }
+  void set_image_arrival_delay(Duration arrival_delay) { image_arrival_delay_ = arrival_delay; }
 
   /// How the topics' qualities of service are written; by numbers unless it is called, as Humble reads them.
   void set_qos_notation(QosNotation notation) { qos_notation_ = notation; }
@@ -72,7 +72,7 @@ class SampleRecorder {
 
  private:
   Status add_waiting_cameras(SensorTime stamp);
-  [[nodiscard]] Duration delay_of_camera(SensorTime stamp) const;
+  [[nodiscard]] Duration arrival_delay_of_image(SensorTime stamp) const;
   Status add_tags(const TagFrame& frame);
   explicit SampleRecorder(mcap::Writer writer) : writer_(std::move(writer)) {}
   Status write(const std::string& topic, std::string_view type, SensorTime stamp, const Bytes& data);
@@ -80,8 +80,8 @@ class SampleRecorder {
   mcap::Writer writer_;
   std::map<std::string, std::uint16_t> channels_;
   QosNotation qos_notation_ = QosNotation::Numbers;
-  Duration camera_latency_{};
-  Duration delay_{};                      ///< of what is being added
+  Duration image_arrival_delay_{};
+  Duration arrival_delay_{};              ///< of what is being added
   std::optional<SensorTime> newest_{};    ///< of the other sensors
   std::vector<MountedCamera> cameras_{};  ///< wait for the first sample
 };

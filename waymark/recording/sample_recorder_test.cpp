@@ -12,40 +12,41 @@ namespace {
 SensorTime at_ms(int ms) { return SensorTime(std::chrono::milliseconds(ms)); }
 
 /// Milliseconds from the stamp to the log time of the messages of a topic.
-std::vector<double> delays_ms(const std::vector<Sample>& samples, Duration latency = {}) {
+std::vector<double> arrival_delays_ms(const std::vector<Sample>& samples, Duration arrival_delay = {}) {
   Bytes file;
   auto recorder = SampleRecorder::open(memory_sink(file));
-  recorder->set_camera_latency(latency);
+  recorder->set_image_arrival_delay(arrival_delay);
   for (const Sample& sample : samples) EXPECT_TRUE(recorder->add(sample));
   EXPECT_TRUE(recorder->close());
   const auto log = open_log(memory_source(file));
   EXPECT_TRUE(log);
-  std::vector<double> delays;
+  std::vector<double> arrival_delays;
   LogSelection cameras;
   cameras.topics = {topics::kTags};
   const Status status = (*log)->visit(cameras, [&](const LogChannel&, const LogMessage& message) {
-    delays.push_back(static_cast<double>(message.log_time - message.publish_time) * 1e-6);
+    arrival_delays.push_back(static_cast<double>(message.log_time - message.publish_time) * 1e-6);
     return Status{};
   });
   EXPECT_TRUE(status);
-  return delays;
+  return arrival_delays;
 }
 
 Sample odometry(int ms) { return Odometry{.stamp = at_ms(ms)}; }
 Sample tags(int ms) { return TagFrame{.stamp = at_ms(ms)}; }
 
 TEST(SampleRecorder, WhatACameraSawArrivesNoEarlierThanWhatWasRecordedBefore) {
-  EXPECT_EQ(delays_ms({odometry(100), tags(60), odometry(120), tags(120), tags(130)}),
+  EXPECT_EQ(arrival_delays_ms({odometry(100), tags(60), odometry(120), tags(120), tags(130)}),
             (std::vector<double>{40, 0, 0}));
 }
 
 TEST(SampleRecorder, ALatencyThatIsKnownIsTheLeast) {
-  EXPECT_EQ(delays_ms({odometry(100), tags(60), tags(100)}, std::chrono::milliseconds(25)),
+  EXPECT_EQ(arrival_delays_ms({odometry(100), tags(60), tags(100)}, std::chrono::milliseconds(25)),
             (std::vector<double>{40, 25}));
 }
 
 TEST(SampleRecorder, AClockThatJumpedSaysNothingOfWhenAPictureArrived) {
-  EXPECT_EQ(delays_ms({odometry(100'000), tags(60), odometry(80), tags(70)}), (std::vector<double>{0, 10}));
+  EXPECT_EQ(arrival_delays_ms({odometry(100'000), tags(60), odometry(80), tags(70)}),
+            (std::vector<double>{0, 10}));
 }
 
 /// A recording of one picture; what of it comes back.

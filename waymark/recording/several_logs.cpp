@@ -15,7 +15,7 @@ namespace waymark {
 namespace {
 
 constexpr std::uint64_t kOverlapSecond = 1'000'000'000;
-constexpr std::uint64_t kMostWindows = 10'000;  // of one overlap, however long somebody says it is
+constexpr std::uint64_t kMaxWindows = 10'000;  // of one overlap, however long somebody says it is
 
 class SplitLog final : public RosLog {
  public:
@@ -142,7 +142,7 @@ class SplitLog final : public RosLog {
       collect(here[0]);
       return status;
     }
-    const std::uint64_t window = std::max(kOverlapSecond, (span.to - span.from) / kMostWindows);
+    const std::uint64_t window = std::max(kOverlapSecond, (span.to - span.from) / kMaxWindows);
     for (LogSelection part = span; part.from < span.to; part.from = part.to) {
       part.to = span.to - part.from > window ? part.from + window : span.to;
       if (Status status = visit_merged(part, here, visit); !status) return status;

@@ -66,13 +66,13 @@ VelocityCommand Explorer::turn(double dt_s) {
 ExploreStep Explorer::step(SensorTime now) {
   const double dt_s = last_step_ ? std::clamp(to_seconds(now - *last_step_), 0.0, 0.5) : 0.05;
   last_step_ = now;
-  const auto stand = [&](std::string reason) {
+  const auto stop_with_reason = [&](std::string reason) {
     return ExploreStep{.state = state_, .command = {}, .reason = std::move(reason)};
   };
-  if (!scan_stamp_) return stand("no scan arrived yet");
+  if (!scan_stamp_) return stop_with_reason("no scan arrived yet");
   const double age_s = to_seconds(now - *scan_stamp_);
   if (!(std::abs(age_s) <= options_.max_scan_age_s))
-    return stand(
+    return stop_with_reason(
         fmt::format("the newest scan is {:.2f} s old (limit {:.2f} s)", age_s, options_.max_scan_age_s));
   if (state_ != ExploreState::Turn && blocked()) {
     state_ = ExploreState::Turn;
@@ -84,7 +84,7 @@ ExploreStep Explorer::step(SensorTime now) {
   }
   if (state_ == ExploreState::Turn) {
     const bool boxed_in = left_to_turn_rad_ < -kStuckTurns * 2 * std::numbers::pi;
-    if (boxed_in && blocked()) return stand("nothing is free all round: take the robot out");
+    if (boxed_in && blocked()) return stop_with_reason("nothing is free all round: take the robot out");
     if (left_to_turn_rad_ > 0 || blocked()) return {.state = state_, .command = turn(dt_s)};
   }
   state_ = ExploreState::Forward;

@@ -33,7 +33,7 @@ struct Cuts {
 /// deviation of its own difference: in time, or in way, where the robot slows down and what slips is a share
 /// of the way.
 template <class Difference, class Deviation>
-bool lasts(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
+bool persists(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
   constexpr double kLastingShare = 0.25;
   const double whole = difference(cuts.whole);
   if (!(std::abs(whole) > limit)) return false;
@@ -44,8 +44,8 @@ bool lasts(const Cuts& cuts, double limit, const Difference& difference, const D
 }
 
 template <class Difference>
-bool lasts(const Cuts& cuts, double limit, const Difference& difference) {
-  return lasts(cuts, limit, difference, [](const Cut&) { return 0.0; });
+bool persists(const Cuts& cuts, double limit, const Difference& difference) {
+  return persists(cuts, limit, difference, [](const Cut&) { return 0.0; });
 }
 
 /// Deviation of both positions of a cut along a direction of the map [m].
@@ -100,7 +100,7 @@ double turn_of_bias(const Cut& cut) {
 
 /// What scale and noise make of the difference of the turns by odometry, by gyro where there is one, and by
 /// tags [rad]. Errors that are independent of each other add up as their squares, here and below.
-double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
+double turn_uncertainty(const Cut& cut, const MotionScales& scales) {
   constexpr double kGyroShare = 0.05;
   const double turned = cut.to.turned_rad - cut.from.turned_rad;
   const double noise = scales.sigmas * yaw_sigma(cut);
@@ -110,7 +110,7 @@ double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
 
 /// What a wrong scale, a wrong heading at the beginning and the noise of both poses make of the difference of
 /// the ways by tags and by odometry, along a direction of the base at the beginning [m].
-double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
+double distance_uncertainty(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
   const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
   const Eigen::Vector2d across(-way.y(), way.x());
   constexpr double kEvenly = 0.58;  // of a random walk over the way: 1 / sqrt(3)
@@ -159,11 +159,11 @@ struct Fit {
 };
 
 std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const HeadingAt> odometry,
-                       double delay_s, double most_s) {
+                       double camera_latency_s, double max_latency_s) {
   LineSums sums;
   for (const HeadingAt& seen : pictures) {
-    if (!heading_at(odometry, seen.time_s - most_s)) continue;  // the same pictures for all delays
-    const auto turned = heading_at(odometry, seen.time_s - delay_s);
+    if (!heading_at(odometry, seen.time_s - max_latency_s)) continue;  // the same pictures for all latencies
+    const auto turned = heading_at(odometry, seen.time_s - camera_latency_s);
     if (!turned) continue;
     const double x = *turned - odometry.front().yaw_rad;
     const double y = seen.yaw_rad - pictures.front().yaw_rad;
@@ -186,25 +186,28 @@ std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const Head
 
 }  // namespace
 
-std::optional<PictureDelay> find_delay(std::span<const HeadingAt> pictures,
-                                       std::span<const HeadingAt> odometry, double most_s) {
+std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> pictures,
+                                                    std::span<const HeadingAt> odometry,
+                                                    double max_latency_s) {
   constexpr double kStep_s = 0.02;
   constexpr double kLeastScale = 0.15;
-  constexpr double kTelling_rad = 0.03;  // what a delay must explain
+  constexpr double kTelling_rad = 0.03;  // what a latency must explain
   constexpr double kBetter = 3;
-  const auto undelayed = fit(pictures, odometry, 0, most_s);
-  if (!undelayed || undelayed->rms_rad < kTelling_rad) return std::nullopt;
-  PictureDelay best{.rms_rad = undelayed->rms_rad, .rms_undelayed_rad = undelayed->rms_rad};
-  double scale = undelayed->scale;
-  for (double delay_s = kStep_s; delay_s < most_s; delay_s += kStep_s) {
-    const auto found = fit(pictures, odometry, delay_s, most_s);
+  const auto without_latency = fit(pictures, odometry, 0, max_latency_s);
+  if (!without_latency || without_latency->rms_rad < kTelling_rad) return std::nullopt;
+  CameraLatencyFit best{.rms_rad = without_latency->rms_rad,
+                        .rms_without_latency_rad = without_latency->rms_rad};
+  double scale = without_latency->scale;
+  for (double camera_latency_s = kStep_s; camera_latency_s < max_latency_s; camera_latency_s += kStep_s) {
+    const auto found = fit(pictures, odometry, camera_latency_s, max_latency_s);
     if (!found || found->rms_rad >= best.rms_rad) continue;
-    best.delay_s = delay_s;
+    best.camera_latency_s = camera_latency_s;
     best.rms_rad = found->rms_rad;
     scale = found->scale;
   }
-  const bool ends = best.delay_s + 2 * kStep_s > most_s;  // a longer one may fit better yet
-  if (ends || scale < kLeastScale || kBetter * best.rms_rad > best.rms_undelayed_rad) return std::nullopt;
+  const bool ends = best.camera_latency_s + 2 * kStep_s > max_latency_s;  // a longer one may fit better yet
+  if (ends || scale < kLeastScale || kBetter * best.rms_rad > best.rms_without_latency_rad)
+    return std::nullopt;
   return best;
 }
 
@@ -224,7 +227,7 @@ std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const Consist
   const double commanded = all.to.commanded_m - all.from.commanded_m;
   const double limit = options.contradiction_m + kMotorShare * std::abs(commanded) +
                        kMotorTime_s * (all.to.ramp_m_s - all.from.ramp_m_s);
-  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  if (!persists(cuts, limit, difference)) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
                        .other = MotionSource::Wheels,
                        .one_moved = commanded,
@@ -247,7 +250,7 @@ std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const Motion
                        kMotorTime_s * (all.to.ramp_rad_s - all.from.ramp_rad_s) + turn_of_bias(all);
   // One that turns without being asked was pushed: find_push().
   const bool asked = std::abs(commanded(all)) > limit && commanded(all) * difference(all) < 0;
-  if (!asked || !lasts(cuts, limit, difference)) return std::nullopt;
+  if (!asked || !persists(cuts, limit, difference)) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
                        .other = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                        .turning = true,
@@ -266,7 +269,7 @@ std::optional<Contradiction> wheels_and_gyro(const Cuts& cuts, const MotionScale
   const double larger = std::max(std::abs(wheels(all)), std::abs(gyro(all)));
   const double limit = options.contradiction_rad +
                        std::hypot(scales.turn_share * larger, turn_noise(all, scales), turn_of_bias(all));
-  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  if (!persists(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Gyro,
                       .turning = true,
@@ -286,8 +289,8 @@ std::optional<Contradiction> turns_and_tags(const Cuts& cuts, const MotionScales
                                             const ConsistencyOptions& options) {
   const Cut& all = cuts.whole;
   const auto difference = [](const Cut& c) { return straight(turned_by_tags(c) - turned_by_odometry(c)); };
-  const double limit = options.contradiction_rad + doubt_of_turn(all, scales);
-  if (!lasts(cuts, limit, difference)) return std::nullopt;
+  const double limit = options.contradiction_rad + turn_uncertainty(all, scales);
+  if (!persists(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                       .other = MotionSource::Tags,
                       .turning = true,
@@ -307,10 +310,10 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
     const double turn = straight(c.from.map_T_base.yaw() - all.from.map_T_base.yaw());
     return direction.dot(Eigen::Rotation2Dd(turn) * apart(c));
   };
-  const double limit = options.contradiction_m + doubt_of_way(all, direction, scales);
+  const double limit = options.contradiction_m + distance_uncertainty(all, direction, scales);
   const Eigen::Vector2d map_direction = all.from.map_T_base.rotation() * direction;
   const auto deviation = [&](const Cut& c) { return position_sigma(c, map_direction); };
-  if (whole.norm() <= limit || !lasts(cuts, limit, difference, deviation)) return std::nullopt;
+  if (whole.norm() <= limit || !persists(cuts, limit, difference, deviation)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Tags,
                       .one_moved = (all.from.odom_T_base.inverse() * all.to.odom_T_base).translation().norm(),
@@ -326,7 +329,7 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
 }
 
 /// How far a value lies outside of what lies between nothing and a turn.
-double beyond(double value, double turn) {
+double outside_of_turn(double value, double turn) {
   return std::max({0.0, value - std::max(0.0, turn), std::min(0.0, turn) - value});
 }
 
@@ -336,8 +339,8 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
   const double by_tags = turned_by_tags(cut);
   const double by_odometry = turned_by_odometry(cut);
   const double apart_rad =
-      scales.gyro ? std::abs(straight(by_tags - by_odometry)) : beyond(by_tags, by_odometry);
-  if (!(apart_rad > options.pushed_rad + doubt_of_turn(cut, scales))) return std::nullopt;
+      scales.gyro ? std::abs(straight(by_tags - by_odometry)) : outside_of_turn(by_tags, by_odometry);
+  if (!(apart_rad > options.pushed_rad + turn_uncertainty(cut, scales))) return std::nullopt;
   return Contradiction{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                        .other = MotionSource::Tags,
                        .turning = true,
@@ -351,18 +354,18 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
 std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& scales,
                                             const ConsistencyOptions& options) {
   if (!scales.gyro) return std::nullopt;
-  constexpr double kMostGain = 1.3;
+  constexpr double kMaxGain = 1.3;
   constexpr double kRamp_s = 0.15;
-  const double commanded = kMostGain * (cut.to.commanded_rad - cut.from.commanded_rad);
+  const double commanded = kMaxGain * (cut.to.commanded_rad - cut.from.commanded_rad);
   const double turned = cut.to.gyro_rad - cut.from.gyro_rad;
-  const double apart_rad = beyond(turned, commanded);
+  const double apart_rad = outside_of_turn(turned, commanded);
   const double ramp_rad = kRamp_s * (cut.to.ramp_rad_s - cut.from.ramp_rad_s);
   if (!(apart_rad > options.pushed_rad + ramp_rad + turn_of_bias(cut))) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
                        .other = MotionSource::Gyro,
                        .turning = true,
                        .carried = true,
-                       .one_moved = commanded / kMostGain,
+                       .one_moved = commanded / kMaxGain,
                        .other_moved = turned,
                        .apart = apart_rad};
 }
@@ -376,11 +379,11 @@ std::optional<Contradiction> pushed(const Cut& cut, const MotionScales& scales,
   const Eigen::Vector2d rest = by_tags - share * by_odometry;
   const Eigen::Vector2d whole = by_tags - by_odometry;
   constexpr double kSudden = 1.8;  // what need not last may be a tag that hangs elsewhere
-  const auto doubt = [&](const Eigen::Vector2d& way) {
-    return kSudden * doubt_of_way(cut, way.normalized(), scales);
+  const auto uncertainty = [&](const Eigen::Vector2d& way) {
+    return kSudden * distance_uncertainty(cut, way.normalized(), scales);
   };
-  const bool slipped = whole.norm() > options.slipped_m + doubt(whole);
-  const bool carried = rest.norm() > options.pushed_m + doubt(rest);
+  const bool slipped = whole.norm() > options.slipped_m + uncertainty(whole);
+  const bool carried = rest.norm() > options.pushed_m + uncertainty(rest);
   if (!carried && !slipped) return std::nullopt;
   return Contradiction{.one = MotionSource::Wheels,
                        .other = MotionSource::Tags,
@@ -484,21 +487,21 @@ std::string explanation(const Contradiction& found) {
 
 }  // namespace
 
-std::string to_words(const Contradiction& found) {
+std::string describe(const Contradiction& found) {
   if (found.repeats_s > 0)
     return fmt::format(
         "the {} has repeated the same value for {:.1f} s while the robot was asked to turn otherwise: does "
         "it "
         "stand still? Look at the robot, then resume",
         name_of(found.one), found.repeats_s);
-  if (found.late_s > 0)
+  if (found.camera_latency_s > 0)
     return fmt::format(
         "turns seen by tags follow those of the {} by {:.2f} s: the pictures are stamped too late. Stamp "
         "them "
         "with the middle of their exposure, or give their delay (`camera_latency_s`). Look at the robot, "
         "then "
         "resume",
-        name_of(found.one), found.late_s);
+        name_of(found.one), found.camera_latency_s);
   const auto amount = [&](double moved) {
     return found.turning ? fmt::format("{:.0f} deg", to_degrees(moved)) : fmt::format("{:.2f} m", moved);
   };
@@ -739,12 +742,12 @@ void MotionConsistency::add(const Odometry& odometry) {
 }
 
 void MotionConsistency::observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags) {
-  notice(sums_.observe(map_T_base, covariance, tags));
+  notice_standstill(sums_.observe(map_T_base, covariance, tags));
 }
 
-void MotionConsistency::observe_nothing() { notice(sums_.observe_nothing()); }
+void MotionConsistency::observe_nothing() { notice_standstill(sums_.observe_nothing()); }
 
-void MotionConsistency::notice(const Standing& standing) {
+void MotionConsistency::notice_standstill(const Standing& standing) {
   if (standing.stands) forget_pictures();
   if (const auto& over = standing.over)
     carried_ = find_carry(over->before, over->after, over->stood_s, options_);
@@ -755,7 +758,7 @@ void MotionConsistency::forget() {
   carried_.reset();
   forget_pictures();
   headings_.clear();
-  late_.reset();
+  latency_contradiction_.reset();
 }
 
 void MotionConsistency::forget_pictures() {
@@ -798,32 +801,32 @@ void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {
   if (!headings_.empty() && time_s - headings_.back().time_s > kUnseen_s) headings_.clear();
   const double before = headings_.empty() ? yaw_rad : headings_.back().yaw_rad;
   headings_.push_back({time_s, before + straight(yaw_rad - before)});
-  look_for_delay();
+  look_for_camera_latency();
 }
 
 /// Now and then: whether turns seen by tags follow those of odometry.
-void MotionConsistency::look_for_delay() {
+void MotionConsistency::look_for_camera_latency() {
   constexpr std::size_t kEvery = 8;
   constexpr std::size_t kKept = 120;
-  constexpr double kMost_s = 0.8;
+  constexpr double kMaxCameraLatency_s = 0.8;
   constexpr double kBeyondNoise = 3;
   if (headings_.size() < kKept) return;
   std::vector<HeadingAt> turned;
   const bool gyro = sums_.scales().gyro;
   for (const StampedSums& at : sums_.history())
     turned.push_back({to_seconds(at.stamp - *sums_.zero()), gyro ? at.sums.gyro_rad : at.sums.wheels_rad});
-  const auto found = find_delay(headings_, turned, kMost_s);
+  const auto found = find_camera_latency(headings_, turned, kMaxCameraLatency_s);
   headings_.erase(headings_.begin(), headings_.begin() + kEvery);
-  if (!found || found->delay_s < options_.late_pictures_s) return;
-  // A random walk of turns by wheels fits one delay or another better, too.
+  if (!found || found->camera_latency_s < options_.late_pictures_s) return;
+  // A random walk of turns by wheels fits one latency or another better, too.
   const double path_m = sums_.history().back().sums.path_m - sums_.history().front().sums.path_m;
   const double walk_rad = gyro ? 0.0 : sums_.scales().turn_noise_sqrt_m * std::sqrt(path_m / 6);
-  if (found->rms_undelayed_rad < kBeyondNoise * walk_rad) return;
-  late_ = Contradiction{.one = gyro ? MotionSource::Gyro : MotionSource::Wheels,
-                        .other = MotionSource::Tags,
-                        .turning = true,
-                        .apart = found->rms_undelayed_rad,
-                        .late_s = found->delay_s};
+  if (found->rms_without_latency_rad < kBeyondNoise * walk_rad) return;
+  latency_contradiction_ = Contradiction{.one = gyro ? MotionSource::Gyro : MotionSource::Wheels,
+                                         .other = MotionSource::Tags,
+                                         .turning = true,
+                                         .apart = found->rms_without_latency_rad,
+                                         .camera_latency_s = found->camera_latency_s};
 }
 
 /// The newest picture before a moment; nothing where pictures were missing then, or are since.
@@ -890,7 +893,7 @@ std::optional<Contradiction> MotionConsistency::contradiction() const {
                                                {}, &MotionSample::moving_s);
   if (auto found = find_contradiction({newest, samples.end()}, sums_.scales(), options_)) return found;
   if (pictured_) return pictured_;
-  if (late_) return late_;
+  if (latency_contradiction_) return latency_contradiction_;
   ConsistencyOptions longer = options_;
   longer.window_s = std::max(options_.window_s, kLongWindow_s);
   return find_contradiction({samples.begin(), samples.end()}, sums_.scales(), longer);

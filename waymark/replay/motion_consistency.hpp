@@ -54,18 +54,19 @@ struct HeadingAt {
   double yaw_rad = 0;
 };
 
-/// By how much headings seen in pictures follow those of odometry.
-struct PictureDelay {
-  double delay_s = 0;
-  double rms_rad = 0;            ///< of what is left with this delay
-  double rms_undelayed_rad = 0;  ///< and with none
+/// The camera latency by which headings seen in pictures follow those of odometry best.
+struct CameraLatencyFit {
+  double camera_latency_s = 0;
+  double rms_rad = 0;                  ///< of the residuals with this latency
+  double rms_without_latency_rad = 0;  ///< and without any
 };
 
-/// The delay, up to `most_s`, with which scale times the headings of odometry fit those of pictures best
-/// (least squares on a grid). Nothing when the turns are too even to tell, or another delay fits nearly as
-/// well. Both in order of time. O(pictures log odometry). Pure.
-[[nodiscard]] std::optional<PictureDelay> find_delay(std::span<const HeadingAt> pictures,
-                                                     std::span<const HeadingAt> odometry, double most_s);
+/// The camera latency, up to `max_latency_s`, with which scale times the headings of odometry fit those of
+/// pictures best (least squares on a grid). Nothing when the turns are too even to tell, or another latency
+/// fits nearly as well. Both in order of time. O(pictures log odometry). Pure.
+[[nodiscard]] std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> pictures,
+                                                                  std::span<const HeadingAt> odometry,
+                                                                  double max_latency_s);
 
 struct ConsistencyOptions {
   double window_s = 1.0;
@@ -74,7 +75,7 @@ struct ConsistencyOptions {
   double pushed_m = 0.10;
   double pushed_rad = 0.2;
   double slipped_m = 0.15;
-  double late_pictures_s = 0.2;
+  double late_pictures_s = 0.2;  ///< limit of the camera latency that find_camera_latency() finds
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -127,7 +128,8 @@ struct Contradiction {
   double other_moved = 0;
   double apart = 0;  ///< difference of both, as vectors
   double over_s = 0;
-  double late_s = 0;     ///< turns of the other follow those of the one by this time; 0: that is not it
+  double camera_latency_s =
+      0;                 ///< turns of the other follow those of the one by this time; 0: that is not it
   double repeats_s = 0;  ///< so long the one has repeated itself to the last bit; 0: that is not it
   std::optional<MotionSource> culprit{};  ///< where a third source decides
 };
@@ -158,7 +160,7 @@ struct Contradiction {
                                                       double stood_s, const ConsistencyOptions& options);
 
 /// One sentence that names the pair.
-[[nodiscard]] std::string to_words(const Contradiction& found);
+[[nodiscard]] std::string describe(const Contradiction& found);
 
 /// Two samples this far apart have a gap between them [s].
 constexpr double kMotionGap_s = 0.3;
@@ -299,19 +301,19 @@ class MotionConsistency {
   };
   using PictureIterator = std::deque<Picture>::const_iterator;
 
-  void notice(const Standing& standing);
+  void notice_standstill(const Standing& standing);
   [[nodiscard]] std::optional<PictureIterator> picture_before(double moving_s) const;
   [[nodiscard]] std::optional<Contradiction> contradiction_of_pictures() const;
   [[nodiscard]] std::optional<Contradiction> push_of_pictures() const;
   void forget_pictures();
   void add_heading(SensorTime stamp, double yaw_rad);
-  void look_for_delay();
+  void look_for_camera_latency();
 
   ConsistencyOptions options_;
   MotionSums sums_;
   std::optional<Contradiction> carried_{};  ///< over the last standstill
   std::vector<HeadingAt> headings_{};       ///< of pictures, since the first sample of odometry
-  std::optional<Contradiction> late_{};
+  std::optional<Contradiction> latency_contradiction_{};
   std::deque<Picture> pictures_{};  ///< moving_s is since picture_zero_
   SensorTime picture_zero_{};
   std::optional<std::size_t> suspected_ago_{};  ///< pictures since the newest that contradicted

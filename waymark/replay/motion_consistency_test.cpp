@@ -21,39 +21,39 @@ struct Drive {
   std::vector<HeadingAt> odometry;
 };
 
-Drive drive(double delay_s, double gain, std::uint64_t seed) {
+Drive drive(double camera_latency_s, double gain, std::uint64_t seed) {
   Drive made;
   Random random(seed);
   for (int i = 0; i < 450; ++i) made.odometry.push_back({0.02 * i, heading(0.02 * i) / gain});
   for (int i = 10; i < 130; ++i) {
     const double t = i / 15.0;
-    made.pictures.push_back({t, heading(t - delay_s) + random.normal(0, 0.006)});
+    made.pictures.push_back({t, heading(t - camera_latency_s) + random.normal(0, 0.006)});
   }
   return made;
 }
 
-TEST(PictureDelay, IsFoundWhateverShareOfItsTurnsTheRobotTurns) {
+TEST(FindCameraLatency, IsFoundWhateverShareOfItsTurnsTheRobotTurns) {
   for (const double gain : {0.3, 1.0}) {
-    for (const double delay_s : {0.2, 0.3, 0.45}) {
-      const Drive d = drive(delay_s, gain, 7);
-      const auto found = find_delay(d.pictures, d.odometry, 0.8);
-      ASSERT_TRUE(found) << delay_s;
-      EXPECT_NEAR(found->delay_s, delay_s, 0.04);
+    for (const double camera_latency_s : {0.2, 0.3, 0.45}) {
+      const Drive d = drive(camera_latency_s, gain, 7);
+      const auto found = find_camera_latency(d.pictures, d.odometry, 0.8);
+      ASSERT_TRUE(found) << camera_latency_s;
+      EXPECT_NEAR(found->camera_latency_s, camera_latency_s, 0.04);
       EXPECT_LT(found->rms_rad, 0.015);
     }
   }
 }
 
-TEST(PictureDelay, NothingWherePicturesAreInTimeOrTheRobotDrivesStraight) {
+TEST(FindCameraLatency, NothingWherePicturesAreInTimeOrTheRobotDrivesStraight) {
   const Drive in_time = drive(0, 0.6, 8);
-  EXPECT_FALSE(find_delay(in_time.pictures, in_time.odometry, 0.8));
+  EXPECT_FALSE(find_camera_latency(in_time.pictures, in_time.odometry, 0.8));
   Drive even = drive(0.3, 1, 9);
   for (auto* headings : {&even.pictures, &even.odometry})
-    for (HeadingAt& at : *headings) at.yaw_rad = 0.4 * at.time_s;  // a circle tells no delay
-  EXPECT_FALSE(find_delay(even.pictures, even.odometry, 0.8));
+    for (HeadingAt& at : *headings) at.yaw_rad = 0.4 * at.time_s;  // a circle shows no latency
+  EXPECT_FALSE(find_camera_latency(even.pictures, even.odometry, 0.8));
   Drive stuck = drive(0.3, 1, 10);
   for (HeadingAt& at : stuck.pictures) at.yaw_rad = 0.3;
-  EXPECT_FALSE(find_delay(stuck.pictures, stuck.odometry, 0.8)) << "that is no delay";
+  EXPECT_FALSE(find_camera_latency(stuck.pictures, stuck.odometry, 0.8)) << "that is no latency";
 }
 
 /// Speeds by each source, as the robot turns to the left.
@@ -218,7 +218,7 @@ TEST(MotionConsistency, APushIsWhatSlippingWheelsCannotExplain) {
     const auto found = push(with(tags));
     ASSERT_TRUE(found) << tags.transpose();
     EXPECT_TRUE(found->carried);
-    EXPECT_NE(to_words(*found).find("was the robot carried"), std::string::npos);
+    EXPECT_NE(describe(*found).find("was the robot carried"), std::string::npos);
   }
   const auto turned = push(with({0.3, 0, 0.35}));
   ASSERT_TRUE(turned) << "nobody asked it to turn";
@@ -237,7 +237,7 @@ TEST(MotionConsistency, ACarryBackIsFoundWhereItIsFartherThanAShortSlip) {
   const auto found = push(0.25);
   ASSERT_TRUE(found);
   EXPECT_FALSE(found->carried) << "nobody can tell it from wheels that spin";
-  EXPECT_NE(to_words(*found).find("is the robot held or was it carried"), std::string::npos);
+  EXPECT_NE(describe(*found).find("is the robot held or was it carried"), std::string::npos);
 }
 
 TEST(MotionConsistency, ARobotThatDoesNotTurnAsItIsAskedContradicts) {
@@ -250,13 +250,13 @@ TEST(MotionConsistency, ARobotThatDoesNotTurnAsItIsAskedContradicts) {
 }
 
 TEST(MotionConsistency, LatePicturesAreNamed) {
-  const auto words = to_words({.one = MotionSource::Gyro, .turning = true, .late_s = 0.3});
+  const auto words = describe({.one = MotionSource::Gyro, .turning = true, .camera_latency_s = 0.3});
   EXPECT_NE(words.find("turns seen by tags follow those of the gyro by 0.30 s"), std::string::npos) << words;
 }
 
 TEST(MotionConsistency, TheWordsNameThePair) {
   EXPECT_EQ(
-      to_words({.one_moved = 0.3, .other_moved = 0.02, .apart = 0.28, .over_s = 1}),
+      describe({.one_moved = 0.3, .other_moved = 0.02, .apart = 0.28, .over_s = 1}),
       "wheels and tags disagree: 0.30 m against 0.02 m in 1.0 s, 0.28 m apart. Do the wheels spin, is the "
       "robot "
       "held or was it carried, or does the camera repeat an old picture? Look at the robot, then resume");
@@ -394,7 +394,7 @@ TEST(MotionConsistency, AGyroThatRepeatsItselfToTheLastBitIsNamed) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->culprit, MotionSource::Gyro);
   EXPECT_NEAR(found->repeats_s, 1, 0.1);
-  EXPECT_NE(to_words(*found).find("the gyro has repeated the same value for 1.0 s"), std::string::npos);
+  EXPECT_NE(describe(*found).find("the gyro has repeated the same value for 1.0 s"), std::string::npos);
   EXPECT_FALSE(bend_by_gyro(0.005, noisy));
   EXPECT_FALSE(bend_by_gyro(0, stuck)) << "nothing asked it to turn otherwise";
 }

@@ -15,7 +15,7 @@ constexpr Duration kFarthest = std::chrono::milliseconds(500);
 /// robot that turns by a third of what it is asked does not leave the route in the first bend.
 constexpr double kPriorWeight = 3e-4;
 /// A turn larger than this between two estimates is a correction, not a motion.
-constexpr double kMostTurn = 0.2;
+constexpr double kMaxTurn_rad = 0.2;
 
 Duration seconds(double s) { return Duration(std::llround(s * 1e9)); }
 
@@ -59,7 +59,7 @@ void MotionPredictor::run(Motors& motors, SensorTime to, SE2* map_T_base) const 
 void MotionPredictor::learn_gain(double asked_rad, double turned_rad, double dt_s) {
   constexpr double kLeastRate = 0.04;  // slower turning says little about the gain and much about noise
   if (options_.turn_gain_time_s <= 0 || std::abs(asked_rad) < kLeastRate * dt_s) return;
-  if (std::abs(turned_rad) > kMostTurn || std::abs(asked_rad) > kMostTurn) return;
+  if (std::abs(turned_rad) > kMaxTurn_rad || std::abs(asked_rad) > kMaxTurn_rad) return;
   const double keep = std::exp(-dt_s / options_.turn_gain_time_s);
   asked_asked_ = keep * asked_asked_ + asked_rad * asked_rad;
   asked_turned_ = keep * asked_turned_ + asked_rad * turned_rad;
@@ -71,8 +71,8 @@ void MotionPredictor::learn_gain(double asked_rad, double turned_rad, double dt_
 /// From turns of half a second: what an estimate corrects meanwhile is little beside what the robot moved.
 void MotionPredictor::learn_centre(SensorTime stamp, const SE2& map_T_base) {
   constexpr Duration kTurn = std::chrono::milliseconds(500);
-  constexpr double kPriorTurns = 0.1;     // rad^2 that the first belief is worth
-  constexpr double kMostSideways = 0.03;  // more is a correction of the estimate
+  constexpr double kPriorTurns = 0.1;      // rad^2 that the first belief is worth
+  constexpr double kMaxSideways_m = 0.03;  // more is a correction of the estimate
   if (options_.turn_centre_time_s <= 0) return;
   if (turned_since_ && stamp - *turned_since_ < kTurn) return;
   const bool follows = turned_since_ && stamp - *turned_since_ < 2 * kTurn;
@@ -80,7 +80,7 @@ void MotionPredictor::learn_centre(SensorTime stamp, const SE2& map_T_base) {
   const Eigen::Vector3d moved = (map_T_turned_since_.inverse() * map_T_base).log();
   turned_since_ = stamp;
   map_T_turned_since_ = map_T_base;
-  if (!follows || std::abs(moved.y()) > kMostSideways) return;
+  if (!follows || std::abs(moved.y()) > kMaxSideways_m) return;
   const double keep = std::exp(-dt_s / options_.turn_centre_time_s);
   turned_turned_ = keep * turned_turned_ + moved.z() * moved.z();
   turned_sideways_ = keep * turned_sideways_ + moved.z() * moved.y();

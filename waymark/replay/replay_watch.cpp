@@ -8,16 +8,16 @@
 namespace waymark {
 std::string ReplayWatch::alarm() const {
   if (!alarm_.empty()) return alarm_;
-  if (late_)
+  if (command_gap_)
     return fmt::format("no command was sent for {:.2f} s: this computer was busy, or a clock jumped",
-                       to_seconds(late_->to - late_->from));
+                       to_seconds(command_gap_->to - command_gap_->from));
   for (const auto& [camera, shown] : shown_) {
-    if (!shown.frozen_words.empty()) return shown.frozen_words;
+    if (!shown.frozen_message.empty()) return shown.frozen_message;
   }
   return {};
 }
 
-void ReplayWatch::jumped(Duration by) {
+void ReplayWatch::report_clock_jump(Duration by) {
   if (!alarm_.empty()) return;
   alarm_ = fmt::format(
       "the clock jumped by {:+.2f} s: what is known of the way may be wrong. Look at the "
@@ -28,29 +28,29 @@ void ReplayWatch::jumped(Duration by) {
 void ReplayWatch::tick(SensorTime now) {
   if (tick_) {
     const double passed_s = to_seconds(now - *tick_);
-    if (passed_s < 0) jumped(now - *tick_);
-    if (passed_s > options_.clock_jump_s) late_ = Gap{late_ ? late_->from : *tick_, now};
+    if (passed_s < 0) report_clock_jump(now - *tick_);
+    if (passed_s > options_.clock_jump_s) command_gap_ = Gap{command_gap_ ? command_gap_->from : *tick_, now};
   }
   tick_ = now;
-  settle();
+  decide_on_command_gap();
 }
 
 /// A clock that jumped has odometry jump as well; a computer that was late has not.
-void ReplayWatch::settle() {
-  if (!late_) return;
-  if (silent_ && silent_->overlaps(*late_)) {
-    jumped(late_->to - late_->from);
-    late_.reset();
-  } else if (odometry_ && to_seconds(late_->to - odometry_->stamp) < options_.clock_jump_s) {
-    late_.reset();
+void ReplayWatch::decide_on_command_gap() {
+  if (!command_gap_) return;
+  if (odometry_gap_ && odometry_gap_->overlaps(*command_gap_)) {
+    report_clock_jump(command_gap_->to - command_gap_->from);
+    command_gap_.reset();
+  } else if (odometry_ && to_seconds(command_gap_->to - odometry_->stamp) < options_.clock_jump_s) {
+    command_gap_.reset();
   }
 }
 
 void ReplayWatch::add(const Odometry& odometry) {
   if (odometry_ && to_seconds(odometry.stamp - odometry_->stamp) > options_.clock_jump_s)
-    silent_ = Gap{odometry_->stamp, odometry.stamp};
+    odometry_gap_ = Gap{odometry_->stamp, odometry.stamp};
   odometry_ = odometry;
-  settle();
+  decide_on_command_gap();
 }
 
 bool ReplayWatch::add(const TagFrame& frame) {
@@ -90,7 +90,7 @@ bool ReplayWatch::add(SensorTime stamp, const std::string& camera, const std::ve
   if (!moves) return true;
   const double since_s = to_seconds(stamp - shown.since);
   if (since_s > options_.frozen_s)
-    shown.frozen_words =
+    shown.frozen_message =
         fmt::format("the camera shows the same picture for {:.1f} s while the robot moves", since_s);
   return false;
 }
@@ -113,10 +113,10 @@ void ReplayWatch::check(const SE2& map_T_base) {
 
 void ReplayWatch::forget() {
   alarm_.clear();
-  for (auto& [camera, shown] : shown_) shown.frozen_words.clear();
+  for (auto& [camera, shown] : shown_) shown.frozen_message.clear();
   tick_.reset();
-  late_.reset();
-  silent_.reset();
+  command_gap_.reset();
+  odometry_gap_.reset();
   map_T_checked_.reset();
 }
 

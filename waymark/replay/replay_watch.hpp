@@ -75,14 +75,14 @@ class ReplayWatch {
     friend bool operator==(const SeenTag&, const SeenTag&) = default;
   };
   [[nodiscard]] bool add(SensorTime stamp, const std::string& camera, const std::vector<SeenTag>& tags);
-  void jumped(Duration by);
-  void settle();
+  void report_clock_jump(Duration by);
+  void decide_on_command_gap();
 
   WatchOptions options_;
   std::string alarm_{};
   std::optional<SensorTime> tick_{};
-  std::optional<Gap> late_{};    ///< between two commands, as long as nobody knows why
-  std::optional<Gap> silent_{};  ///< the newest between two samples of odometry
+  std::optional<Gap> command_gap_{};   ///< between two commands, while its cause is unknown
+  std::optional<Gap> odometry_gap_{};  ///< the newest between two samples of odometry
   std::optional<Odometry> odometry_{};
   SE2 odom_T_checked_{};
   std::optional<SE2> map_T_checked_{};
@@ -91,7 +91,7 @@ class ReplayWatch {
     std::vector<SeenTag> tags{};
     SE2 odom_T_frame{};
     SensorTime since{};
-    std::string frozen_words{};
+    std::string frozen_message{};
   };
   std::map<std::string, Shown> shown_{};  ///< by camera
 };

@@ -165,8 +165,8 @@ void StationStops::aim(double from_m) {
 }
 
 void StationStops::begin(double way_m) {
-  if (standing_ && std::abs(way_m - *next_way_m_) < kSamePlace_m) return;
-  standing_ = false;
+  if (at_station_ && std::abs(way_m - *next_way_m_) < kSamePlace_m) return;
+  at_station_ = false;
   const double from_m = way_m - kSamePlace_m;
   aim(served_way_m_ ? std::max(from_m, *served_way_m_ + kBeyond_m) : from_m);
   // What lies where a closed route begins is where its laps end, and served there.
@@ -175,16 +175,16 @@ void StationStops::begin(double way_m) {
 }
 
 void StationStops::arrive(double way_m, double within_m) {
-  if (standing_ || left_m(way_m) > within_m) return;
-  standing_ = true;
+  if (at_station_ || left_m(way_m) > within_m) return;
+  at_station_ = true;
   left_s_ = stations_[next_].pause_s;
 }
 
-void StationStops::stand(double dt_s) {
-  if (!standing_) return;
+void StationStops::dwell(double dt_s) {
+  if (!at_station_) return;
   left_s_ -= dt_s;
   if (left_s_ > 0) return;
-  standing_ = false;
+  at_station_ = false;
   served_way_m_ = next_way_m_;
   aim(*served_way_m_ + kBeyond_m);
 }

@@ -47,12 +47,12 @@ class StationStops {
   /// The robot is here now; it has arrived at a station from `within_m` before it on.
   void arrive(double way_m, double within_m);
   /// It stood for so long; at the end of the pause the next station comes.
-  void stand(double dt_s);
+  void dwell(double dt_s);
 
   /// Way to the next station; infinite when there is none.
   [[nodiscard]] double left_m(double way_m) const;
   /// The station the robot stands at; nullptr while it drives.
-  [[nodiscard]] const Station* standing() const { return standing_ ? &stations_[next_] : nullptr; }
+  [[nodiscard]] const Station* current() const { return at_station_ ? &stations_[next_] : nullptr; }
   [[nodiscard]] double left_s() const { return left_s_; }
 
  private:
@@ -64,7 +64,7 @@ class StationStops {
   std::size_t next_ = 0;
   std::optional<double> next_way_m_{};
   std::optional<double> served_way_m_{};
-  bool standing_ = false;
+  bool at_station_ = false;
   double left_s_ = 0;
 };
 

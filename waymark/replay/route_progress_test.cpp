@@ -82,7 +82,7 @@ std::vector<std::string> served(StationStops stops, double from_m, double to_m) 
   stops.begin(from_m);
   int stood = 0;
   for (double way_m = from_m; way_m < to_m;) {
-    const Station* const before = stops.standing();
+    const Station* const before = stops.current();
     const std::string name = before != nullptr ? before->name : "";
     if (before == nullptr) {
       way_m += 0.01;
@@ -90,9 +90,9 @@ std::vector<std::string> served(StationStops stops, double from_m, double to_m) 
       stood = 0;
       continue;
     }
-    stops.stand(0.1);
+    stops.dwell(0.1);
     ++stood;
-    if (stops.standing() == nullptr) all.push_back(name + " " + std::to_string(stood));
+    if (stops.current() == nullptr) all.push_back(name + " " + std::to_string(stood));
   }
   return all;
 }
@@ -121,11 +121,11 @@ TEST(StationStops, TheWayToTheNextOneIsKnown) {
   stops.begin(0);
   EXPECT_NEAR(stops.left_m(1), 2, 1e-12);
   stops.arrive(2.98, 0.01);
-  EXPECT_EQ(stops.standing(), nullptr);
+  EXPECT_EQ(stops.current(), nullptr);
   stops.arrive(2.995, 0.01);
-  ASSERT_NE(stops.standing(), nullptr);
+  ASSERT_NE(stops.current(), nullptr);
   EXPECT_EQ(stops.left_s(), 1);
-  stops.stand(2);
+  stops.dwell(2);
   EXPECT_TRUE(std::isinf(stops.left_m(3)));
 }
 
@@ -136,8 +136,8 @@ TEST(StationStops, WhoGoesOnAfterACarryDoesNotServeWhatLiesBehind) {
   EXPECT_NEAR(stops.left_m(5), 2, 1e-12);
   stops.arrive(7, 0.01);
   stops.begin(7.02);  // somebody paused it and let it go on: it stands there still
-  ASSERT_NE(stops.standing(), nullptr);
-  stops.stand(2);
+  ASSERT_NE(stops.current(), nullptr);
+  stops.dwell(2);
   stops.begin(6.98);
   EXPECT_TRUE(std::isinf(stops.left_m(6.98))) << "served is served";
 }

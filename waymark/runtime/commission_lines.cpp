@@ -170,8 +170,8 @@ struct ReadingVerdict {
   double size = 1;             ///< ratio of what happened to what was commanded; tags before the others
 };
 
-constexpr double kLeast = 0.2;
-constexpr double kMost = 3;
+constexpr double kMinRatio = 0.2;
+constexpr double kMaxRatio = 3;
 constexpr double kStill = 0.004;
 
 struct Factor {
@@ -187,7 +187,7 @@ std::span<const Factor> factors_of(ReadingUnit unit) {
   return unit == ReadingUnit::Length ? std::span<const Factor>(kLengths) : std::span<const Factor>(kAngles);
 }
 
-bool fits(double ratio) { return ratio >= kLeast && ratio <= kMost; }
+bool fits(double ratio) { return ratio >= kMinRatio && ratio <= kMaxRatio; }
 
 /// From 0.2 to 3 times what was commanded it fits: a robot that skids turns by a third of it. A unit is
 /// recognised within the same bounds, the nearest factor where two would do.
@@ -198,7 +198,7 @@ ReadingClass classify(const MotionReading& reading) {
   if (!(size >= kStill)) return {.kind = Kind::Still};
   if (fits(size)) return found;
   found.kind = Kind::OtherSize;
-  double nearest = std::log(kMost) * 2;
+  double nearest = std::log(kMaxRatio) * 2;
   for (const Factor& one : factors_of(reading.unit)) {
     const double away = std::abs(std::log(size / one.factor));
     if (!fits(size / one.factor) || away >= nearest) continue;
@@ -209,7 +209,7 @@ ReadingClass classify(const MotionReading& reading) {
 }
 
 /// "is reversed, in degrees instead of radians"; empty when it is right.
-std::string words_of(const ReadingClass& found) {
+std::string describe(const ReadingClass& found) {
   using Kind = ReadingClass::Kind;
   std::string words;
   if (found.kind == Kind::Still) return "does not move";
@@ -261,7 +261,7 @@ struct Axis {
 bool still(const MotionReading& reading) { return classify(reading).kind == ReadingClass::Kind::Still; }
 
 /// Noise and drift are less, whatever was commanded.
-bool hardly(const MotionReading& reading) {
+bool is_noise(const MotionReading& reading) {
   constexpr double kHardly = 0.1;
   return std::abs(reading.ratio) < kHardly;
 }
@@ -285,7 +285,7 @@ CommissionLine line_of(const MotionReading& reading, const Axis& axis, const Rea
   if (all.command_wrong && !command_right) return line;
   if (!found.right()) {
     line.verdict = V::Fail;
-    line.words = fmt::format("{} {}: {} while {} {} were commanded", reading.key, words_of(found), measured,
+    line.words = fmt::format("{} {}: {} while {} {} were commanded", reading.key, describe(found), measured,
                              axis.asked, axis.unit);
     line.mend = mend_of(reading);
     if (all.either && !command_right)
@@ -311,11 +311,12 @@ CommissionLine command_line(const std::vector<MotionReading>& readings, const Ax
     return {axis.command, V::Warn, "nothing measured it", "odometry of the robot's messages"};
   const bool wrong = seen ? !*seen : all.command_wrong;
   if (wrong) {
-    const std::string said = words_of(classify(readings.front()));
+    const std::string description = describe(classify(readings.front()));
     line.verdict = V::Fail;
-    line.words = fmt::format(
-        "{} {}: {} {} were commanded, and {}", axis.command, said.empty() ? "is wrong" : said, axis.asked,
-        axis.unit, seen ? "a person saw another motion" : "all that measures agrees in another motion");
+    line.words =
+        fmt::format("{} {}: {} {} were commanded, and {}", axis.command,
+                    description.empty() ? "is wrong" : description, axis.asked, axis.unit,
+                    seen ? "a person saw another motion" : "all that measures agrees in another motion");
     line.mend = std::string(axis.command) + " where the robot's program obeys it";
     return line;
   }
@@ -342,10 +343,10 @@ Lines judge_axis(const std::vector<MotionReading>& readings, const Axis& axis, S
 void find_swap(const std::vector<MotionReading>& asked, const std::vector<MotionReading>& other,
                const Axis& axis, Lines& lines) {
   const auto moved = [&](const char* key) {
-    return std::ranges::any_of(other,
-                               [&](const MotionReading& r) { return r.key.starts_with(key) && !hardly(r); });
+    return std::ranges::any_of(
+        other, [&](const MotionReading& r) { return r.key.starts_with(key) && !is_noise(r); });
   };
-  if (!asked.empty() && std::ranges::all_of(asked, hardly) && moved("")) {
+  if (!asked.empty() && std::ranges::all_of(asked, is_noise) && moved("")) {
     lines.front().verdict = V::Fail;
     lines.front().words = fmt::format(
         "command.speed_m_s and command.yaw_rate_rad_s are swapped: {} was commanded, and the robot did the "
@@ -359,7 +360,7 @@ void find_swap(const std::vector<MotionReading>& asked, const std::vector<Motion
     const bool twist = line.key == "odometry.speed_m_s" || line.key == "odometry.yaw_rate_rad_s";
     const char* partner = line.key == "odometry.speed_m_s" ? "odometry.yaw_rate_rad_s" : "odometry.speed_m_s";
     const bool stood =
-        std::ranges::any_of(asked, [&](const MotionReading& r) { return r.key == line.key && hardly(r); });
+        std::ranges::any_of(asked, [&](const MotionReading& r) { return r.key == line.key && is_noise(r); });
     if (twist && stood && moved(partner)) line.words += fmt::format("; it and {} are swapped", partner);
   }
 }
@@ -553,8 +554,8 @@ std::vector<CommissionLine> judge_standing(const MotionTrace& standing) {
     line = {line.key, V::Fail, "does not point up along z (base axes: x forward, y left, z up): " + measured,
             kMend};
   }
-  constexpr double kMostBias_rad_s = 0.05;
-  if (turning.norm() / count > kMostBias_rad_s)
+  constexpr double kMaxBias_rad_s = 0.05;
+  if (turning.norm() / count > kMaxBias_rad_s)
     lines.push_back(
         {"imu.bias", V::Warn,
          fmt::format("the gyro turns by {:.3f} rad/s while the robot stands", turning.norm() / count),
@@ -594,8 +595,8 @@ MotionTiming timing_of(const MotionTrace& trace) {
 }
 
 CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, double allowed_s) {
-  constexpr double kUsual_s = 0.6;
-  constexpr double kMost_s = 1;
+  constexpr double kWarn_s = 0.6;
+  constexpr double kFail_s = 1;
   constexpr const char* kMend = "the robot's program, which must obey zero at once";
   if (!timing.response_s)
     return {key, V::Fail, "cannot be judged: the robot did not move before it",
@@ -605,23 +606,23 @@ CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, do
   CommissionLine line{
       key, V::Ok, fmt::format("stands after {:.2f} s and {:.3f} m", *timing.stopping_s, timing.stopping_m),
       ""};
-  if (*timing.stopping_s > kUsual_s + allowed_s) line.verdict = V::Warn;
-  if (*timing.stopping_s > kMost_s + allowed_s) line.verdict = V::Fail;
+  if (*timing.stopping_s > kWarn_s + allowed_s) line.verdict = V::Warn;
+  if (*timing.stopping_s > kFail_s + allowed_s) line.verdict = V::Fail;
   if (line.verdict != V::Ok) line.mend = kMend;
   return line;
 }
 
 CommissionLine judge_response(const MotionTiming& timing) {
-  constexpr double kUsual_s = 0.4;
-  constexpr double kMost_s = 1;
+  constexpr double kWarn_s = 0.4;
+  constexpr double kFail_s = 1;
   if (!timing.response_s)
     return {"latency", V::Fail, "the robot does not move",
             "command.speed_m_s where the robot's program obeys it"};
   CommissionLine line{"latency", V::Ok,
                       fmt::format("half the speed is reached {:.2f} s after the command", *timing.response_s),
                       ""};
-  if (*timing.response_s > kUsual_s) line.verdict = V::Warn;
-  if (*timing.response_s > kMost_s) line.verdict = V::Fail;
+  if (*timing.response_s > kWarn_s) line.verdict = V::Warn;
+  if (*timing.response_s > kFail_s) line.verdict = V::Fail;
   if (line.verdict != V::Ok) line.mend = "the way of a command through the robot's program";
   return line;
 }

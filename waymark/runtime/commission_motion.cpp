@@ -73,10 +73,10 @@ bool CommissionMotion::motion_over(SensorTime now) const {
 }
 
 Result<DriverDecision> CommissionMotion::decide(Duration uptime, SensorTime now) {
-  if (!began_) began_ = heard_ = uptime;
-  if (trace_.odometry.size() > counted_) heard_ = uptime;
+  if (!began_) began_ = last_odometry_ = uptime;
+  if (trace_.odometry.size() > counted_) last_odometry_ = uptime;
   counted_ = trace_.odometry.size();
-  const double silent_s = to_seconds(uptime - *heard_);
+  const double silent_s = to_seconds(uptime - *last_odometry_);
   if (counted_ > 0) longest_silence_s_ = std::max(longest_silence_s_, silent_s);
   constexpr double kPatience_s = 3;
   if (silent_s > (counted_ > 0 ? options_.silence_s : kPatience_s))

@@ -84,10 +84,10 @@ class CommissionMotion {
   MotionOptions options_;
   TagWitness witness_;
   MotionTrace trace_{};
-  std::optional<Duration> began_{};  ///< uptime of the first decision
-  std::optional<Duration> heard_{};  ///< uptime of the decision after the newest odometry
-  std::size_t counted_ = 0;          ///< odometry at the decision before
-  std::size_t first_moving_ = 0;     ///< odometry when the motion began
+  std::optional<Duration> began_{};          ///< uptime of the first decision
+  std::optional<Duration> last_odometry_{};  ///< uptime of the decision after the newest odometry
+  std::size_t counted_ = 0;                  ///< odometry at the decision before
+  std::size_t first_moving_ = 0;             ///< odometry when the motion began
   double longest_silence_s_ = 0;
   bool stop_asked_ = false;
 };

@@ -9,14 +9,14 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostNamed = 6;
+constexpr std::size_t kMaxNamed = 6;
 
 }  // namespace
 
 Status LocalizeSession::receive(const Sample& sample) {
   localizer_.add(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample);
-      frame != nullptr && !estimated_ && tags_.size() < kMostNamed)
+      frame != nullptr && !estimated_ && tags_.size() < kMaxNamed)
     for (const TagDetection& detection : frame->detections) tags_.insert(detection.tag);
   streams_[0].received = streams_[0].received || std::holds_alternative<Odometry>(sample);
   streams_[1].received = streams_[1].received || std::holds_alternative<TagFrame>(sample) ||
@@ -35,10 +35,14 @@ Status LocalizeSession::receive(const Sample& sample) {
 
 void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
   if (stream.received)
-    stream = {.name = stream.name, .received = false, .said = false, .last = uptime, .heard = true};
-  if (stream.said || to_seconds(uptime - stream.last) < options_.silence_s) return;
-  stream.said = true;
-  const bool camera_missing = &stream == &streams_.front() && !stream.heard;
+    stream = {.name = stream.name,
+              .received = false,
+              .silence_reported = false,
+              .last = uptime,
+              .ever_received = true};
+  if (stream.silence_reported || to_seconds(uptime - stream.last) < options_.silence_s) return;
+  stream.silence_reported = true;
+  const bool camera_missing = &stream == &streams_.front() && !stream.ever_received;
   listener_.on_words(fmt::format(
       "no {} for {:.0f} s: {}", stream.name, options_.silence_s,
       camera_missing ? "does the robot send them? A camera of this computer is named with `camera_source`"
@@ -47,11 +51,11 @@ void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
 
 /// Once, of a robot that sees tags for a while and yet is nowhere.
 void LocalizeSession::notice_foreign_tags(Duration uptime) {
-  if (estimated_ || tags_.empty() || foreign_said_) return;
+  if (estimated_ || tags_.empty() || foreign_tags_reported_) return;
   constexpr double kPatience_s = 3;
   if (!tags_since_) tags_since_ = uptime;
   if (to_seconds(uptime - *tags_since_) < kPatience_s) return;
-  foreign_said_ = true;
+  foreign_tags_reported_ = true;
   std::string names;
   for (const TagId& tag : tags_) names += (names.empty() ? "" : ", ") + to_string(tag);
   listener_.on_words(

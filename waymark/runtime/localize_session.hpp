@@ -68,9 +68,9 @@ class LocalizeSession {
   struct Stream {
     const char* name;
     bool received = false;  ///< since the last decision
-    bool said = false;
+    bool silence_reported = false;
     Duration last{};
-    bool heard = false;  ///< ever
+    bool ever_received = false;
   };
   void restart_from(const GivenPose& given);
   void notice_silence(Stream& stream, Duration uptime) const;
@@ -86,7 +86,7 @@ class LocalizeSession {
   Duration estimated_at_{};                ///< uptime of the decision after it
   std::set<TagId> tags_{};                 ///< some that were seen before the first estimate
   std::optional<Duration> tags_since_{};
-  bool foreign_said_ = false;
+  bool foreign_tags_reported_ = false;
   std::optional<SensorTime> next_report_{};
   bool finished_ = false;
 };

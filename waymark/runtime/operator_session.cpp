@@ -21,7 +21,7 @@ bool is_of_robot(const Sample& sample) {
 
 Status OperatorSession::receive(const Sample& sample) {
   input_.receive(sample);
-  heard_ = heard_ || is_of_robot(sample);
+  received_ = received_ || is_of_robot(sample);
   if (lap_open_) return tasks_.add_to_lap(sample);
   return replay_ != nullptr ? replay_->receive(sample) : Status();
 }
@@ -38,7 +38,7 @@ Result<DriverDecision> OperatorSession::decide(Duration uptime, SensorTime now) 
     if (status) status = handle(event, uptime);
   }
   if (request->pose) restart_from(*request->pose);
-  if (status) status = look_at_map(uptime);
+  if (status) status = take_finished_map(uptime);
   Result<VelocityCommand> wanted = status ? replay(uptime, now) : tl::unexpected(status.error());
   if (!wanted) return tl::unexpected(wanted.error());
   return DriverDecision{.command = operator_.permit(request->command, *wanted),
@@ -61,11 +61,11 @@ RobotListener OperatorSession::listener() {
 /// While a lap is taught: a replay stops by itself.
 void OperatorSession::notice_silence(Duration uptime) {
   constexpr Duration kSilence = std::chrono::seconds(2);
-  if (std::exchange(heard_, false) || !lap_open_) {
-    last_heard_ = uptime;
-    silence_said_ = false;
+  if (std::exchange(received_, false) || !lap_open_) {
+    last_received_ = uptime;
+    silence_reported_ = false;
   }
-  if (uptime - last_heard_ < kSilence || std::exchange(silence_said_, true)) return;
+  if (uptime - last_received_ < kSilence || std::exchange(silence_reported_, true)) return;
   tasks_.on_words(
       fmt::format("nothing was heard of the robot for {:.0f} s: does it still run?", to_seconds(kSilence)));
 }
@@ -146,7 +146,7 @@ Status OperatorSession::map_lap() {
   return status;
 }
 
-Status OperatorSession::look_at_map(Duration uptime) {
+Status OperatorSession::take_finished_map(Duration uptime) {
   if (!mapping_ || !tasks_.map_ended()) return {};
   mapping_ = false;
   Status made = tasks_.take_map();

@@ -89,7 +89,7 @@ class OperatorSession {
   Status start_lap();
   Status end_lap();
   Status map_lap();
-  Status look_at_map(Duration uptime);
+  Status take_finished_map(Duration uptime);
   Status start_replay();
   Status end_replay(bool interrupted);
   Result<VelocityCommand> replay(Duration uptime, SensorTime now);
@@ -99,9 +99,9 @@ class OperatorSession {
   std::function<bool()> stop_pressed_;
   Operator operator_;
   bool lap_open_ = false;
-  bool heard_ = false;     ///< a sample of the robot since the last decision
-  Duration last_heard_{};  ///< uptime
-  bool silence_said_ = false;
+  bool received_ = false;     ///< a sample of the robot since the last decision
+  Duration last_received_{};  ///< uptime
+  bool silence_reported_ = false;
   bool mapping_ = false;
   ReplaySession* replay_ = nullptr;
   int laps_taught_ = 0;

@@ -80,10 +80,10 @@ RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch 
 Status RobotLoop::receive(Sample sample, const RobotListener& listener) {
   if (!first_) first_ = stamp_of(sample);
   if (!order_.pass(sample)) {
-    if (const auto words = order_.take_words()) listener.on_text(*words);
+    if (const auto words = order_.take_report()) listener.on_text(*words);
     return {};
   }
-  told_commands_ = told_commands_ || std::holds_alternative<StampedCommand>(sample);
+  robot_reports_commands_ = robot_reports_commands_ || std::holds_alternative<StampedCommand>(sample);
   auto* picture = std::get_if<CameraFrame>(&sample);
   if (picture == nullptr || search_.finder == nullptr) return listener.on_sample(sample);
   pictures_.push(std::move(*picture));
@@ -102,7 +102,7 @@ Status RobotLoop::take_event(const RobotListener& listener) {
   if (!*event) {  // in lockstep: an answer that was lost
     return pacing_.lockstep && pictures_.empty() && !options_.listen_only ? robot_.command(last_) : Status();
   }
-  if (const auto* said = std::get_if<RobotText>(&**event)) listener.on_text(said->text);
+  if (const auto* text = std::get_if<RobotText>(&**event)) listener.on_text(text->text);
   if (std::holds_alternative<CommandRequest>(**event)) due_ = true;
   auto* sample = std::get_if<Sample>(&**event);
   return sample != nullptr ? receive(std::move(*sample), listener) : Status();
@@ -131,7 +131,7 @@ Status RobotLoop::send(const VelocityCommand& command, SensorTime now, const Rob
   if (options_.listen_only) return {};
   last_ = command;
   if (Status status = robot_.command(command); !status) return status;
-  return told_commands_ ? Status() : listener.on_sample(StampedCommand{now, command});
+  return robot_reports_commands_ ? Status() : listener.on_sample(StampedCommand{now, command});
 }
 
 Status RobotLoop::decide(const RobotListener& listener, RobotLoopEnd& end) {
@@ -165,13 +165,13 @@ Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
   }
   end.interrupted = end.interrupted || listener.should_stop();  // also where the last decision was to end
   if (options_.listen_only || (end.done && !end.interrupted && last_ == VelocityCommand{})) return {};
-  const Status stood = stand();
+  const Status stood = command_zero();
   if (!stood && !end.interrupted) return stood;  // where it was interrupted the robot may be what ended
   const auto now = source_.now();
   return now ? listener.on_sample(StampedCommand{*now, {}}) : Status();
 }
 
-Status RobotLoop::stand() {
+Status RobotLoop::command_zero() {
   if (options_.listen_only) return {};
   last_ = {};
   return robot_.command({});
@@ -182,7 +182,7 @@ Result<RobotLoopEnd> RobotLoop::drive(const RobotListener& listener) {
   next_decision_ = Duration(0);
   RobotLoopEnd end;
   const Status status = run(listener, end);
-  if (!status) (void)stand();
+  if (!status) (void)command_zero();
   end.uptime = uptime();
   const auto now = source_.now();
   if (now && first_) end.seconds = to_seconds(*now - *first_);

@@ -40,7 +40,7 @@ class FrameOrder {
   /// False where the sample is to be left out. Samples that are of no camera pass.
   bool pass(const Sample& sample);
   /// How many were left out, in words; each time that their number has doubled, since the last call.
-  [[nodiscard]] std::optional<std::string> take_words() { return std::exchange(words_, std::nullopt); }
+  [[nodiscard]] std::optional<std::string> take_report() { return std::exchange(words_, std::nullopt); }
   [[nodiscard]] int left_out() const { return left_out_; }
 
  private:
@@ -141,7 +141,7 @@ class RobotLoop {
   Status decide(const RobotListener& listener, RobotLoopEnd& end);
   Status send(const VelocityCommand& command, SensorTime now, const RobotListener& listener);
   Status run(const RobotListener& listener, RobotLoopEnd& end);
-  Status stand();
+  Status command_zero();
   [[nodiscard]] Duration uptime() const { return pacing_.clock() - began_; }
   [[nodiscard]] Duration patience() const;
 
@@ -158,7 +158,7 @@ class RobotLoop {
   Duration next_decision_{};
   std::optional<SensorTime> first_{};
   VelocityCommand last_{};
-  bool told_commands_ = false;  ///< the robot says which commands drive it
+  bool robot_reports_commands_ = false;  ///< its samples hold the commands that drive it
 };
 
 }  // namespace waymark

@@ -14,7 +14,7 @@ namespace waymark {
 struct SessionRequest {
   bool end = false;
   std::string reason{};         ///< why it ends
-  bool stand = false;           ///< zero is sent, whatever the driver decides
+  bool command_zero = false;    ///< zero is sent, whatever the driver decides
   std::optional<bool> pause{};  ///< of a replay, when it changed: pause, or resume
   /// Somebody says where the robot is: a replay stands until it is resumed.
   std::optional<GivenPose> pose{};

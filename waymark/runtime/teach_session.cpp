@@ -57,10 +57,11 @@ Status TeachSession::receive(const Sample& sample) {
 
 /// Said once each time.
 void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* what) {
-  if (stream.received) stream = {.received = false, .said = false, .last = uptime, .heard = true};
-  if (stream.said || to_seconds(uptime - stream.last) < options_.silence_s) return;
-  stream.said = true;
-  const bool camera_missing = &stream == &camera_ && !stream.heard;
+  if (stream.received)
+    stream = {.received = false, .silence_reported = false, .last = uptime, .ever_received = true};
+  if (stream.silence_reported || to_seconds(uptime - stream.last) < options_.silence_s) return;
+  stream.silence_reported = true;
+  const bool camera_missing = &stream == &camera_ && !stream.ever_received;
   lap_.listener().on_words(fmt::format(
       "no {} for {:.0f} s: {}", what, options_.silence_s,
       camera_missing ? "does the robot send pictures or tags? A camera of this computer is named with "
@@ -79,7 +80,7 @@ Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
   if (request.pose)
     lap_.listener().on_words("a pose was given, but a lap that is taught needs none: it has no effect");
   finished_ = decision->done = decision->done || request.end;
-  if (finished_ || request.stand) decision->command = {};
+  if (finished_ || request.command_zero) decision->command = {};
   return decision;
 }
 

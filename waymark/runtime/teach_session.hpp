@@ -76,9 +76,9 @@ class TeachSession {
  private:
   struct Stream {
     bool received = false;  ///< since the last decision
-    bool said = false;
+    bool silence_reported = false;
     Duration last{};
-    bool heard = false;  ///< ever
+    bool ever_received = false;
   };
   void notice_silence(Stream& stream, Duration uptime, const char* what);
 

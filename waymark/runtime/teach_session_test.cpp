@@ -137,7 +137,7 @@ TEST(TeachSession, EndsOnRequestWithZero) {
 TEST(TeachSession, StandsForAsLongAsAsked) {
   Drive lap;
   lap.request = [](Duration uptime) {
-    return SessionRequest{.stand = uptime >= seconds(1) && uptime < seconds(3)};
+    return SessionRequest{.command_zero = uptime >= seconds(1) && uptime < seconds(3)};
   };
   ASSERT_TRUE(lap.drive());
   EXPECT_NEAR(lap.robot.x_m(), 2 * 0.3, 0.05) << "it drove for two of four seconds";

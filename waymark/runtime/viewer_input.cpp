@@ -17,16 +17,16 @@ constexpr Duration kAskAgain = std::chrono::milliseconds(400);
 
 void ViewerRequests::notice_control(ViewerControl control, Duration uptime, S state) {
   if (control == ViewerControl::Lost && before_ != ViewerControl::Lost) {
-    stand_ = state == S::Teaching;
+    command_zero_ = state == S::Teaching;
     pause_ = state == S::Replaying;
     pause_asked_ = uptime - kAskAgain;
     commanded_at_.reset();
   }
   before_ = control;
-  if (control == ViewerControl::Held) stand_ = false;
+  if (control == ViewerControl::Held) command_zero_ = false;
 }
 
-void ViewerRequests::obey(const ViewerOrder& order, Duration uptime, S state, Request& request) {
+void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S state, Request& request) {
   using Kind = ViewerOrder::Kind;
   if (order.kind == Kind::Go) request.events.push_back(E::Go);
   if (order.kind == Kind::Teach) request.events.push_back(E::Teach);
@@ -57,17 +57,17 @@ ViewerRequests::Request ViewerRequests::read(Duration uptime, S state) {
   for (const ViewerOrder& order : orders) {
     // What somebody asked for who has gone since moves nothing any more.
     if (control == ViewerControl::Lost && order.kind != ViewerOrder::Kind::Stop) continue;
-    obey(order, uptime, state, request);
+    apply_order(order, uptime, state, request);
   }
   pause_ = pause_ && state == S::Replaying;
   if (pause_ && uptime - pause_asked_ >= kAskAgain) {
     request.events.push_back(E::Go);
     pause_asked_ = uptime;
   }
-  if (state != S::Teaching) stand_ = false;
+  if (state != S::Teaching) command_zero_ = false;
   if (commanded_at_ && uptime - *commanded_at_ > kHold) commanded_at_.reset();
   if (commanded_at_) request.drive = command_;
-  request.stand = stand_;
+  request.command_zero = command_zero_;
   return request;
 }
 
@@ -75,14 +75,14 @@ Result<OperatorRequest> ViewerInput::read(Duration uptime, SensorTime now, S sta
   Result<OperatorRequest> request = other_ ? other_->read(uptime, now, state) : OperatorRequest{};
   if (!request) return request;
   const bool acts = !request->events.empty() || request->command != VelocityCommand{};
-  if (acts && other_ && other_->is_person()) requests_.somebody_is_here();
+  if (acts && other_ && other_->is_person()) requests_.driver_is_present();
   ViewerRequests::Request page = requests_.read(uptime, state);
   if (page.script && has_script() && state == S::Teaching) scripting_ = true;
   if (state != S::Teaching || page.drive) scripting_ = false;
   if (state != S::Teaching && std::exchange(script_used_, false))
     script_ = make_script_();  // for the next lap
   script_used_ = script_used_ || scripting_;
-  if (scripting_ && !page.stand) {
+  if (scripting_ && !page.command_zero) {
     const Result<DriverDecision> decision = script_->drive(uptime, now);
     if (!decision) return tl::unexpected(decision.error());
     request->command = decision->command;
@@ -91,7 +91,7 @@ Result<OperatorRequest> ViewerInput::read(Duration uptime, SensorTime now, S sta
   request->pose = page.pose;
   request->words.insert(request->words.end(), page.words.begin(), page.words.end());
   if (page.drive) request->command = *page.drive;
-  if (page.stand) request->command = {};
+  if (page.command_zero) request->command = {};
   request->events.insert(request->events.end(), page.events.begin(), page.events.end());
   return request;
 }
@@ -113,7 +113,7 @@ SessionRequest PhaseRequests::read(Duration uptime) {
   if (request.end) request.reason = "stopped with the space bar";
   if (!requests_) return request;
   ViewerRequests::Request asked = requests_->read(uptime, phase_);
-  request.stand = asked.stand;
+  request.command_zero = asked.command_zero;
   request.pose = asked.pose;
   request.words = std::move(asked.words);
   for (const E event : asked.events) {

@@ -72,24 +72,24 @@ class ViewerRequests {
     std::vector<OperatorEvent> events{};
     std::optional<VelocityCommand> drive{};  ///< a viewer drives with the keys of the page
     bool script = false;                     ///< a viewer asked for the script
-    bool stand = false;                      ///< zero, whatever others want
+    bool command_zero = false;               ///< zero, whatever others want
     std::optional<GivenPose> pose{};         ///< a viewer says where the robot is
     std::vector<std::string> words{};        ///< for whoever runs the program
   };
   [[nodiscard]] Request read(Duration uptime, OperatorState state);
-  /// Somebody at the robot did something: they see it.
-  void somebody_is_here() { stand_ = false; }
+  /// A person at the robot pressed something, so the robot is watched.
+  void driver_is_present() { command_zero_ = false; }
   [[nodiscard]] const ViewerWords& words() const { return link_.words; }
 
  private:
   void notice_control(ViewerControl control, Duration uptime, OperatorState state);
-  void obey(const ViewerOrder& order, Duration uptime, OperatorState state, Request& request);
+  void apply_order(const ViewerOrder& order, Duration uptime, OperatorState state, Request& request);
 
   ViewerLink link_;
   ViewerControl before_ = ViewerControl::Nobody;
   VelocityCommand command_{};
   std::optional<Duration> commanded_at_{};
-  bool stand_ = false;
+  bool command_zero_ = false;
   bool pause_ = false;
   Duration pause_asked_{};
 };

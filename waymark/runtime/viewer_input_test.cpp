@@ -73,20 +73,20 @@ TEST_F(Orders, KeysStopAReplayAsSticksDo) {
 TEST_F(Orders, WhileTeachingTheRobotStandsUntilSomebodyIsThereAgain) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
-  EXPECT_FALSE(orders_.read(seconds(1), S::Teaching).stand);
+  EXPECT_FALSE(orders_.read(seconds(1), S::Teaching).command_zero);
   feed_.set_control(Control::Lost);
   for (double t = 1.05; t < 5; t += 0.05) {
     const auto act = orders_.read(seconds(t), S::Teaching);
-    EXPECT_TRUE(act.stand);
+    EXPECT_TRUE(act.command_zero);
     EXPECT_FALSE(act.drive);
     EXPECT_TRUE(act.events.empty());
   }
   feed_.set_control(Control::Held);
-  EXPECT_FALSE(orders_.read(seconds(5), S::Teaching).stand);
+  EXPECT_FALSE(orders_.read(seconds(5), S::Teaching).command_zero);
   feed_.set_control(Control::Lost);
-  EXPECT_TRUE(orders_.read(seconds(6), S::Teaching).stand);
-  orders_.somebody_is_here();  // at the robot
-  EXPECT_FALSE(orders_.read(seconds(7), S::Teaching).stand);
+  EXPECT_TRUE(orders_.read(seconds(6), S::Teaching).command_zero);
+  orders_.driver_is_present();  // at the robot
+  EXPECT_FALSE(orders_.read(seconds(7), S::Teaching).command_zero);
 }
 
 /// Whatever was pressed just before: the session takes two presses within 0.3 s for one.
@@ -132,7 +132,7 @@ TEST_F(Orders, AGivenBackControlChangesNothing) {
   for (double t = 1; t < 3; t += 0.05) {
     const auto act = orders_.read(seconds(t), S::Replaying);
     EXPECT_TRUE(act.events.empty());
-    EXPECT_FALSE(act.stand);
+    EXPECT_FALSE(act.command_zero);
   }
 }
 
@@ -284,10 +284,10 @@ TEST(PhaseRequests, ALostViewerLeavesTheRobotStandingOrPaused) {
   viewers.set_control(Control::Held);
   PhaseRequests lap(viewers.link(), S::Teaching, [] { return false; });
   PhaseRequests replay(viewers.link(), S::Replaying, [] { return false; });
-  EXPECT_FALSE(lap.read(seconds(1)).stand);
+  EXPECT_FALSE(lap.read(seconds(1)).command_zero);
   (void)replay.read(seconds(1));
   viewers.set_control(Control::Lost);
-  EXPECT_TRUE(lap.read(seconds(2)).stand);
+  EXPECT_TRUE(lap.read(seconds(2)).command_zero);
   EXPECT_EQ(replay.read(seconds(2)).pause, true);
   EXPECT_FALSE(replay.read(seconds(3)).pause);
 }

@@ -40,15 +40,15 @@ std::optional<BoardKind> board_kind(std::string_view word) {
 
 Status check_board(const CalibrationBoard& board) {
   const bool grid = board.kind == BoardKind::AprilGrid;
-  constexpr int kMost = 200;
+  constexpr int kMaxSide = 200;
   const int least = grid ? 1 : 3;
   const auto wrong = [](std::string words, const char* key, std::string hint) {
     return fail(ErrorCode::InvalidArgument, std::move(words), {.key = key}, std::move(hint));
   };
-  if (board.columns < least || board.rows < least || board.columns > kMost || board.rows > kMost)
+  if (board.columns < least || board.rows < least || board.columns > kMaxSide || board.rows > kMaxSide)
     return wrong(fmt::format("{} x {} {} make no {}", board.columns, board.rows, grid ? "tags" : "squares",
                              to_string(board.kind)),
-                 "cols", fmt::format("Give `cols` and `rows` of {} to {}.", least, kMost));
+                 "cols", fmt::format("Give `cols` and `rows` of {} to {}.", least, kMaxSide));
   if (!is_length(board.size_m))
     return wrong(fmt::format("the side of a {} is missing", grid ? "tag" : "square"),
                  grid ? "tag_size_m" : "square_size_m", "Measure it on the print, in metres.");

@@ -50,11 +50,11 @@ double clearance_m(const Hull& hull, const SE3& map_T_base, const MappedTag& tag
   const Eigen::Vector3d base_low(-hull.rear_m, -hull.width_m / 2, 0);
   const Eigen::Vector3d base_high(hull.front_m, hull.width_m / 2, hull.height_m);
   const Eigen::Vector3d tag_high(tag.size_m / 2, tag.size_m / 2, 0);
-  constexpr int kMostSteps = 10000;
+  constexpr int kMaxSteps = 10000;
   constexpr double kEnough = 1e-12;
   Eigen::Vector3d base_p = base_T_tag.translation();
   double distance = std::numeric_limits<double>::infinity();
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Eigen::Vector3d in_hull = base_p.cwiseMax(base_low).cwiseMin(base_high);
     const Eigen::Vector3d tag_p = tag_T_base * in_hull;
     base_p = base_T_tag * tag_p.cwiseMax(-tag_high).cwiseMin(tag_high);

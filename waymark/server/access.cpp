@@ -9,7 +9,7 @@ namespace waymark {
 namespace {
 
 constexpr std::size_t kLeastToken = 16;
-constexpr std::size_t kMostToken = 128;
+constexpr std::size_t kMaxToken = 128;
 
 std::string cookie_name(std::uint16_t port) { return fmt::format("waymark_{}", port); }
 
@@ -99,9 +99,9 @@ Status check_token(std::string_view token) {
   const bool plain = std::ranges::all_of(token, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
   });
-  if (plain && token.size() >= kLeastToken && token.size() <= kMostToken) return {};
+  if (plain && token.size() >= kLeastToken && token.size() <= kMaxToken) return {};
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("a token is {} to {} letters, digits, - and _", kLeastToken, kMostToken),
+              fmt::format("a token is {} to {} letters, digits, - and _", kLeastToken, kMaxToken),
               {.key = "token"}, "Leave it out, and one is made.");
 }
 

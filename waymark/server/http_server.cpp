@@ -51,7 +51,7 @@ using asio::ip::tcp;
 
 using Request = http::request<http::empty_body>;
 
-constexpr std::size_t kMostMessageBytes = 64 * 1024;
+constexpr std::size_t kMaxMessageBytes = 64 * 1024;
 /// A viewer that answers no ping for so long has gone, cable and all.
 constexpr std::chrono::seconds kIdle{4};
 
@@ -104,7 +104,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
     stream_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& answer) {
       if (!protocol.empty()) answer.set(http::field::sec_websocket_protocol, protocol);
     }));
-    stream_.read_message_max(kMostMessageBytes);
+    stream_.read_message_max(kMaxMessageBytes);
     stream_.auto_fragment(false);  // a picture is one frame: nothing is sent between its parts
     request_ = std::move(request);
     stream_.async_accept(request_,
@@ -234,7 +234,7 @@ struct SharedByConnections {
 
 namespace {
 
-constexpr std::uint32_t kMostHeaderBytes = 8192;
+constexpr std::uint32_t kMaxHeaderBytes = 8192;
 constexpr std::chrono::seconds kPatience{30};
 /// The head of a first request comes in one piece, unless somebody wants to keep a seat taken.
 constexpr std::chrono::seconds kHeadPatience{5};
@@ -287,7 +287,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
  private:
   void read(std::chrono::seconds patience) {
     parser_.emplace();
-    parser_->header_limit(kMostHeaderBytes);
+    parser_->header_limit(kMaxHeaderBytes);
     parser_->body_limit(0);
     stream_.expires_after(patience);
     http::async_read(stream_, buffer_, *parser_,
@@ -414,7 +414,7 @@ constexpr std::chrono::milliseconds kBreath{100};
 
 std::size_t allowed_connections() {
   rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return Seats::kMost;
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return Seats::kMaxSeats;
   return seats_for(limit.rlim_cur, kKeptDescriptors);
 }
 

@@ -7,8 +7,8 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostOrders = 64;
-constexpr std::size_t kMostSpare = 4;
+constexpr std::size_t kMaxOrders = 64;
+constexpr std::size_t kMaxSpare = 4;
 
 }  // namespace
 
@@ -33,7 +33,7 @@ void LiveFeed::publish(const ros2::DiagnosticArray& compared, std::int64_t host_
 }
 
 void LiveFeed::add(LiveSample sample) {
-  if (waiting_.size() < kMostWaiting)
+  if (waiting_.size() < kMaxWaiting)
     waiting_.push_back(std::move(sample));
   else
     dropped_.fetch_add(1, std::memory_order_relaxed);
@@ -76,7 +76,7 @@ void LiveFeed::hand_over() {
     const std::unique_lock<std::mutex> hand(box_, std::try_to_lock);
     if (!hand) return;
     std::vector<LiveSample>& samples = box_updates_.samples;
-    const std::size_t room = kMostWaiting - std::min(kMostWaiting, samples.size());
+    const std::size_t room = kMaxWaiting - std::min(kMaxWaiting, samples.size());
     const std::size_t fits = std::min(room, waiting_.size());
     dropped_.fetch_add(waiting_.size() - fits, std::memory_order_relaxed);
     samples.insert(samples.end(), std::make_move_iterator(waiting_.begin()),
@@ -104,7 +104,7 @@ LiveFeed::Updates LiveFeed::take() {
 
 void LiveFeed::give_back(CameraFrame picture) {
   const std::scoped_lock hand(box_);
-  if (box_spare_.size() < kMostSpare) box_spare_.push_back(std::move(picture));
+  if (box_spare_.size() < kMaxSpare) box_spare_.push_back(std::move(picture));
 }
 
 std::vector<ViewerOrder> LiveFeed::take_orders() {
@@ -116,7 +116,7 @@ std::vector<ViewerOrder> LiveFeed::take_orders() {
 void LiveFeed::order(const ViewerOrder& order) {
   const std::scoped_lock hand(order_box_);
   // A robot that does not ask for its orders must not fill the memory; a stop is never lost.
-  if (orders_.size() >= kMostOrders) {
+  if (orders_.size() >= kMaxOrders) {
     if (order.kind != ViewerOrder::Kind::Stop) return;
     orders_.clear();
   }

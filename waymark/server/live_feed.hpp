@@ -49,11 +49,11 @@ struct LiveSample {
 };
 
 /// The mailbox between the loop of a robot and the server. The loop never waits: where the server has its
-/// hand in the box, the loop keeps what it has until its next visit, and beyond kMostWaiting it drops and
+/// hand in the box, the loop keeps what it has until its next visit, and beyond kMaxWaiting it drops and
 /// counts. Nothing is copied while nobody listens. One thread on each side.
 class LiveFeed {
  public:
-  static constexpr std::size_t kMostWaiting = 512;
+  static constexpr std::size_t kMaxWaiting = 512;
 
   /// `wake` is called from the robot's side when something is there for the server; it must not wait.
   explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}

@@ -45,8 +45,8 @@ TEST(LiveFeed, AServerThatDoesNotComeCostsABoundedMemory) {
   LiveFeed feed;
   feed.set_listening(true);
   for (int i = 0; i < 5000; ++i) feed.publish(odometry_at(i), i);
-  EXPECT_EQ(feed.take().samples.size(), LiveFeed::kMostWaiting);
-  EXPECT_EQ(feed.dropped(), 5000 - LiveFeed::kMostWaiting);
+  EXPECT_EQ(feed.take().samples.size(), LiveFeed::kMaxWaiting);
+  EXPECT_EQ(feed.dropped(), 5000 - LiveFeed::kMaxWaiting);
 }
 
 TEST(LiveFeed, APictureThatIsGivenBackIsWrittenOverByTheNext) {

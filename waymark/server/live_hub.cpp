@@ -39,7 +39,7 @@ std::optional<OutFrame> Outbox::next() {
 
 namespace {
 
-constexpr std::size_t kMostSubscriptions = 256;
+constexpr std::size_t kMaxSubscriptions = 256;
 /// A page says every half second that somebody looks at it; whatever else holds control says or publishes
 /// something. That a viewer answers pings says nothing of the person in front of it.
 constexpr Duration kSilence = std::chrono::seconds(3);
@@ -67,8 +67,8 @@ std::string_view choose_protocol(std::string_view offered) {
 std::optional<LiveHub::Id> LiveHub::join(std::string_view protocol, bool may_command, Duration now) {
   const auto watchers =
       std::ranges::count_if(clients_, [](const auto& one) { return !one.second.may_command; });
-  if (clients_.size() >= kMostClients) return std::nullopt;
-  if (!may_command && static_cast<std::size_t>(watchers) >= kMostWatchers) return std::nullopt;
+  if (clients_.size() >= kMaxClients) return std::nullopt;
+  if (!may_command && static_cast<std::size_t>(watchers) >= kMaxWatchers) return std::nullopt;
   const Id id = next_id_++;
   Client& client = clients_[id];
   client.page = protocol == kPageProtocol;
@@ -218,7 +218,7 @@ void LiveHub::subscribe(Client& client, const ClientSubscribe& message) {
   for (const auto& [subscription, channel] : message.wanted) {
     if (channel >= channels_.known().size()) {
       complain(client, fmt::format("there is no channel {}", channel));
-    } else if (client.channel_of.size() >= kMostSubscriptions) {
+    } else if (client.channel_of.size() >= kMaxSubscriptions) {
       complain(client, "too many subscriptions");
     } else if (client.channel_of.emplace(subscription, channel).second) {
       const LiveMessage* last = channels_.latched(channel);
@@ -234,7 +234,7 @@ void LiveHub::advertise_own(Client& client, const ClientAdvertise& message) {
       complain(client, "this viewer may only stop the robot: connect with ?token=… in the address");
     else if (encoding != "json" || (topic != kOrderTopic && topic != kDriveTopic))
       complain(client, fmt::format("only {} and {} are accepted, as json", kOrderTopic, kDriveTopic));
-    else if (client.publishes.size() < kMostSubscriptions)
+    else if (client.publishes.size() < kMaxSubscriptions)
       client.publishes[channel] = topic;
   }
 }

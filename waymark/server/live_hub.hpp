@@ -36,8 +36,8 @@ struct OutFrame {
 /// what may be lost, and it is counted.
 class Outbox {
  public:
-  static constexpr std::size_t kMostFrames = 256;
-  static constexpr std::size_t kMostBytes = std::size_t{4} << 20U;
+  static constexpr std::size_t kMaxFrames = 256;
+  static constexpr std::size_t kMaxBytes = std::size_t{4} << 20U;
 
   /// False when even what must arrive does not fit: the viewer has stopped reading and should be let go.
   [[nodiscard]] bool put(OutFrame frame);
@@ -47,7 +47,7 @@ class Outbox {
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:
-  [[nodiscard]] bool too_much() const { return frames_.size() > kMostFrames || bytes_ > kMostBytes; }
+  [[nodiscard]] bool too_much() const { return frames_.size() > kMaxFrames || bytes_ > kMaxBytes; }
 
   std::deque<OutFrame> frames_;
   std::size_t bytes_ = 0;
@@ -67,9 +67,9 @@ inline constexpr std::string_view kFoxgloveProtocols[] = {"foxglove.sdk.v1", "fo
 class LiveHub {
  public:
   using Id = std::uint32_t;
-  static constexpr std::size_t kMostClients = 16;
+  static constexpr std::size_t kMaxClients = 16;
   /// So many of them may be without the token.
-  static constexpr std::size_t kMostWatchers = 12;
+  static constexpr std::size_t kMaxWatchers = 12;
 
   /// `name`: of the robot, for people.
   LiveHub(LiveFeed& feed, std::string name) : feed_(feed), name_(std::move(name)) {}

@@ -16,7 +16,7 @@ OutFrame data(std::size_t size, std::optional<std::uint32_t> newest_of = {}) {
 
 TEST(Outbox, TheOldestGoesAndIsCounted) {
   Outbox box;
-  for (std::size_t i = 0; i < Outbox::kMostFrames + 10; ++i) EXPECT_TRUE(box.put(data(i)));
+  for (std::size_t i = 0; i < Outbox::kMaxFrames + 10; ++i) EXPECT_TRUE(box.put(data(i)));
   EXPECT_EQ(box.dropped(), 10u);
   EXPECT_EQ(box.next()->body->size(), 10u);
 }
@@ -25,12 +25,12 @@ TEST(Outbox, BytesAreBounded) {
   Outbox box;
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(box.put(data(1 << 20)));
-    EXPECT_LE(box.bytes(), Outbox::kMostBytes);
+    EXPECT_LE(box.bytes(), Outbox::kMaxBytes);
   }
   while (box.next()) {
   }
   EXPECT_EQ(box.bytes(), 0u);
-  EXPECT_TRUE(box.put(data(Outbox::kMostBytes + 1)));  // alone too much: it is dropped itself
+  EXPECT_TRUE(box.put(data(Outbox::kMaxBytes + 1)));  // alone too much: it is dropped itself
   EXPECT_TRUE(box.empty());
 }
 
@@ -48,7 +48,7 @@ TEST(Outbox, OfPicturesTheNewest) {
 TEST(Outbox, WhatMustArriveStaysUntilTheViewerIsGivenUp) {
   Outbox box;
   const OutFrame word{.text = true, .head = "word", .must_arrive = true};
-  for (std::size_t i = 0; i < Outbox::kMostFrames; ++i) EXPECT_TRUE(box.put(word));
+  for (std::size_t i = 0; i < Outbox::kMaxFrames; ++i) EXPECT_TRUE(box.put(word));
   EXPECT_TRUE(box.put(data(1)));  // dropped at once
   EXPECT_EQ(box.dropped(), 1u);
   EXPECT_FALSE(box.put(word));
@@ -311,9 +311,9 @@ TEST_F(Hub, AFoxgloveThatFallsSilentLosesControlThoughItsSocketLives) {
 }
 
 TEST_F(Hub, ViewersWithoutTheTokenLeaveRoomForItsOwners) {
-  for (std::size_t i = 0; i < LiveHub::kMostWatchers; ++i) join(kPageProtocol, false);
+  for (std::size_t i = 0; i < LiveHub::kMaxWatchers; ++i) join(kPageProtocol, false);
   EXPECT_FALSE(hub_.join(kPageProtocol, false, now_));
-  for (std::size_t i = LiveHub::kMostWatchers; i < LiveHub::kMostClients; ++i) join(kPageProtocol, true);
+  for (std::size_t i = LiveHub::kMaxWatchers; i < LiveHub::kMaxClients; ++i) join(kPageProtocol, true);
   EXPECT_FALSE(hub_.join(kPageProtocol, true, now_));
 }
 
@@ -332,7 +332,7 @@ TEST_F(Hub, AViewerThatNeverReadsIsBoundedAndTheOthersAreNot) {
     got += told(keen).messages.size();
   }
   EXPECT_EQ(got, 2000u);
-  EXPECT_LE(told(lazy).messages.size(), Outbox::kMostFrames);
+  EXPECT_LE(told(lazy).messages.size(), Outbox::kMaxFrames);
   EXPECT_FALSE(hub_.lost(lazy));
 }
 
@@ -342,14 +342,14 @@ TEST_F(Hub, NonsenseIsAnsweredAndBounded) {
     say(id, "nonsense");
     hub_.hear_binary(id, {}, now_);
   }
-  EXPECT_LE(told(id).texts.size(), Outbox::kMostFrames);
+  EXPECT_LE(told(id).texts.size(), Outbox::kMaxFrames);
   EXPECT_FALSE(hub_.lost(id));
   say(4711, kGo);  // nobody
   EXPECT_TRUE(feed_.take_orders().empty());
 }
 
 TEST_F(Hub, TheHouseIsFullSometimes) {
-  for (std::size_t i = 0; i < LiveHub::kMostClients; ++i) join(kPageProtocol);
+  for (std::size_t i = 0; i < LiveHub::kMaxClients; ++i) join(kPageProtocol);
   EXPECT_FALSE(hub_.join(kPageProtocol, true, now_));
 }
 

@@ -16,10 +16,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMostSpeed_m_s = 10;  // a robot's own limits are narrower; this is against nonsense
-constexpr double kMostYawRate_rad_s = 20;
-constexpr double kMostControl = 1e9;
-constexpr std::size_t kMostName = 256;
+constexpr double kMaxSpeed_m_s = 10;  // a robot's own limits are narrower; this is against nonsense
+constexpr double kMaxYawRate_rad_s = 20;
+constexpr double kMaxControl = 1e9;
+constexpr std::size_t kMaxName = 256;
 
 tl::unexpected<Error> nonsense(std::string words) { return fail(ErrorCode::Unreadable, std::move(words)); }
 
@@ -34,7 +34,7 @@ std::optional<std::string> word_of(const Json& object, const char* key) {
   const auto found = object.find(key);
   if (found == object.end() || !found->is_string()) return std::nullopt;
   const auto& text = found->get_ref<const std::string&>();
-  return text.size() > kMostName ? std::nullopt : std::optional(text);
+  return text.size() > kMaxName ? std::nullopt : std::optional(text);
 }
 
 std::optional<std::uint32_t> id_of(const Json& object, const char* key) {
@@ -45,7 +45,7 @@ std::optional<std::uint32_t> id_of(const Json& object, const char* key) {
 /// The list of a message; nullptr where there is none, or a longer one than anybody needs.
 const Json* list_of(const Json& message, const char* key) {
   const auto found = message.find(key);
-  if (found == message.end() || !found->is_array() || found->size() > kMostNamed) return nullptr;
+  if (found == message.end() || !found->is_array() || found->size() > kMaxNamed) return nullptr;
   return &*found;
 }
 
@@ -107,7 +107,7 @@ Result<ViewerOrder> order_named(std::string_view name) {
 
 Result<ViewerOrder> drive_order(std::optional<double> speed_m_s, std::optional<double> yaw_rate_rad_s) {
   if (!speed_m_s || !yaw_rate_rad_s)
-    return nonsense(fmt::format("a speed is within {} m/s and {} rad/s", kMostSpeed_m_s, kMostYawRate_rad_s));
+    return nonsense(fmt::format("a speed is within {} m/s and {} rad/s", kMaxSpeed_m_s, kMaxYawRate_rad_s));
   return ViewerOrder{.kind = ViewerOrder::Kind::Velocity, .command = {*speed_m_s, *yaw_rate_rad_s}};
 }
 
@@ -118,7 +118,7 @@ Result<ViewerOrder> camera_order(const Json& message) {
   if (what == "snapshot") return ViewerOrder{.kind = Kind::Snapshot};
   if (what == "record") return ViewerOrder{.kind = Kind::Record};
   const auto control = word_of(message, "control");
-  const auto value = number_of(message, "value", kMostControl);
+  const auto value = number_of(message, "value", kMaxControl);
   if (what != "set" || !control || !value)
     return nonsense("an order to a camera is set (with control and value), snapshot or record");
   return ViewerOrder{.kind = Kind::SetControl, .control = *control, .value = *value};
@@ -159,8 +159,8 @@ Result<ClientMessage> parse_client_text(std::string_view text) {
   if (*op == "order") return order_message(order_named(word_of(message, "order").value_or("")));
   if (*op == "camera") return order_message(camera_order(message));
   if (*op == "drive")
-    return order_message(drive_order(number_of(message, "speed_m_s", kMostSpeed_m_s),
-                                     number_of(message, "yaw_rate_rad_s", kMostYawRate_rad_s)));
+    return order_message(drive_order(number_of(message, "speed_m_s", kMaxSpeed_m_s),
+                                     number_of(message, "yaw_rate_rad_s", kMaxYawRate_rad_s)));
   return ClientMessage(ClientAsksInVain{*op});
 }
 
@@ -184,7 +184,7 @@ Result<ViewerOrder> parse_published(std::string_view topic, std::string_view jso
   const auto angular = message.find("angular");
   if (linear == message.end() || angular == message.end())
     return nonsense("a Twist has 'linear' and 'angular'");
-  return drive_order(number_of(*linear, "x", kMostSpeed_m_s), number_of(*angular, "z", kMostYawRate_rad_s));
+  return drive_order(number_of(*linear, "x", kMaxSpeed_m_s), number_of(*angular, "z", kMaxYawRate_rad_s));
 }
 
 namespace {

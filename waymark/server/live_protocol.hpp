@@ -54,9 +54,9 @@ struct ClientAsksInVain {
 using ClientMessage = std::variant<ClientSubscribe, ClientUnsubscribe, ClientAdvertise, ClientUnadvertise,
                                    ClientTakes, ClientReleases, ClientAlive, ClientOrders, ClientAsksInVain>;
 
-/// Fails on what is no message of the protocol; what it names never exceeds kMostNamed.
+/// Fails on what is no message of the protocol; what it names never exceeds kMaxNamed.
 [[nodiscard]] Result<ClientMessage> parse_client_text(std::string_view text);
-inline constexpr std::size_t kMostNamed = 1024;
+inline constexpr std::size_t kMaxNamed = 1024;
 
 /// A published message: opcode 1, the client's channel (little endian), the message.
 struct ClientPublishes {

@@ -68,7 +68,7 @@ TEST(ClientMessage, NonsenseIsSaidInWords) {
     EXPECT_FALSE(message.error().message.empty());
   }
   std::string many = R"({"op":"unsubscribe","subscriptionIds":[0)";
-  for (std::size_t i = 0; i < kMostNamed; ++i) many += ",0";
+  for (std::size_t i = 0; i < kMaxNamed; ++i) many += ",0";
   EXPECT_FALSE(parse_client_text(many + "]}"));
   EXPECT_FALSE(parse_client_text(std::string(60000, '[')));
 }

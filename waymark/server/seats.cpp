@@ -40,7 +40,7 @@ std::optional<Seats::Id> Seats::request_received(Id id, bool token) {
 std::size_t seats_for(std::uint64_t descriptors, std::uint64_t kept) {
   constexpr std::uint64_t kLeast = 4;
   const std::uint64_t fit = descriptors > kept ? (descriptors - kept) / 2 : 0;
-  return static_cast<std::size_t>(std::clamp<std::uint64_t>(fit, kLeast, Seats::kMost));
+  return static_cast<std::size_t>(std::clamp<std::uint64_t>(fit, kLeast, Seats::kMaxSeats));
 }
 
 }  // namespace waymark

@@ -13,7 +13,7 @@ namespace waymark {
 class Seats {
  public:
   using Id = std::uint64_t;
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMaxSeats = 64;
   /// So many of them are kept free of connections that have shown no token but hold on.
   static constexpr std::size_t kReserved = 16;
 
@@ -23,7 +23,7 @@ class Seats {
     Owner,    ///< with the token
   };
 
-  explicit Seats(std::size_t most = kMost) : most_(most) {}
+  explicit Seats(std::size_t most = kMaxSeats) : most_(most) {}
 
   /// A newcomer. Nothing when every seat is an owner's. `dropped`: the connection that must go for it.
   struct Admission {
@@ -50,7 +50,7 @@ class Seats {
 
 /// How many connections fit among the descriptors this process may open, when `kept` of them are left to
 /// everything else (a recording above all). A connection takes two: its socket, and the file it reads. At
-/// least 4, at most Seats::kMost.
+/// least 4, at most Seats::kMaxSeats.
 [[nodiscard]] std::size_t seats_for(std::uint64_t descriptors, std::uint64_t kept);
 
 }  // namespace waymark

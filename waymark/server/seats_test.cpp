@@ -56,10 +56,10 @@ TEST(Seats, ANewcomerIsTurnedAwayOnlyWhenAllAreOwners) {
 }
 
 TEST(Seats, DescriptorsAreLeftToTheRecording) {
-  EXPECT_EQ(seats_for(1024, 64), Seats::kMost);
+  EXPECT_EQ(seats_for(1024, 64), Seats::kMaxSeats);
   EXPECT_EQ(seats_for(128, 64), 32U);
   EXPECT_EQ(seats_for(64, 64), 4U);
-  EXPECT_EQ(seats_for(UINT64_MAX, 64), Seats::kMost);
+  EXPECT_EQ(seats_for(UINT64_MAX, 64), Seats::kMaxSeats);
 }
 
 }  // namespace

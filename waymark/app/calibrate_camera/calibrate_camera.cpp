@@ -215,7 +215,7 @@ class PictureChoice {
 };
 
 Result<SeenPictures> from_detections(const std::string& path) {
-  const auto text = read_text_file(path == "-" ? "/dev/stdin" : path, kMostTextBytes);
+  const auto text = read_text_file(path == "-" ? "/dev/stdin" : path, kMaxTextBytes);
   if (!text) return tl::unexpected(text.error());
   auto reports = parse_reports(*text, path);
   if (!reports) return tl::unexpected(reports.error());

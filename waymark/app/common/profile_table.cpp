@@ -72,7 +72,7 @@ Result<RecordingProfile> profile_of(const std::string& path, const JobControl& c
   if (profile.streams["odometry"].samples < 2)
     return fail(ErrorCode::NotFound, "the recording holds no odometry: its speeds are not known",
                 {.source = path}, "`waymark info` shows what it holds.");
-  profile.image_latency_s = image_latency(**log);
+  profile.image_arrival_delay_s = image_latency(**log);
   return profile;
 }
 
@@ -101,7 +101,7 @@ std::vector<ProfileRow> profile_table(const RecordingProfile& like, const Record
     add(key + "_rate_hz", kind + " [Hz]", rate(kind, &StreamProfile::rate_hz));
     add(key + "_longest_gap_s", "  longest gap [s]", rate(kind, &StreamProfile::longest_gap_s));
   }
-  add("image_latency_s", "pictures arrive after [s]", of(&RecordingProfile::image_latency_s));
+  add("image_latency_s", "pictures arrive after [s]", of(&RecordingProfile::image_arrival_delay_s));
   add("corner_sigma_px", "corner noise [px]", of(&RecordingProfile::corner_sigma_px));
   add("miss_probability", "tags missed between two frames", of(&RecordingProfile::miss_probability));
   add("tags_per_frame", "tags a frame", of(&RecordingProfile::tags_per_frame));
@@ -157,7 +157,7 @@ SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRob
     options.tag_camera.corner_sigma_px = *profile.corner_sigma_px;
     options.tag_camera.small_tag_sigma_px = 0;  // what was measured is the sum
   }
-  take(profile.image_latency_s, options.camera_latency_s);
+  take(profile.image_arrival_delay_s, options.camera_latency_s);
   options.camera_latency_s = std::clamp(options.camera_latency_s, 0.0, 10.0);
   // Speeds follow commands after the delay and the lag of the motors, of which no more than half is lag.
   if (profile.command_delay_s) {

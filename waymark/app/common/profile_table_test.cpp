@@ -81,7 +81,7 @@ TEST(ProfileTable, OptionsTakeWhatWasMeasuredAndKeepTheRest) {
   profile.streams["camera"] = {.samples = 100, .rate_hz = 1000};
   profile.streams["odometry"] = {.samples = 100, .rate_hz = 20};
   profile.corner_sigma_px = 0.4;
-  profile.image_latency_s = 60;
+  profile.image_arrival_delay_s = 60;
   profile.command_delay_s = 0.3;
   SimulatedRobotOptions before;
   before.dynamics.speed_lag_s = 0.1;

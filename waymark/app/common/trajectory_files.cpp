@@ -227,7 +227,7 @@ Result<Reference> reference_of_log(const std::string& path, const std::string& t
 Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
                                           const JobControl& control) {
   if (is_recording(path)) return poses_of_log(path, topic, topics::kEstimate, control);
-  const Result<std::string> text = read_text_file(path, kMostTextBytes);
+  const Result<std::string> text = read_text_file(path, kMaxTextBytes);
   if (!text) return tl::unexpected(text.error());
   if (kind_of(*text) == FileKind::Table) return poses_of_log(path, topic, topics::kEstimate, control);
   const Result<Trajectory> trajectory = parse_trajectory(*text, path);
@@ -239,7 +239,7 @@ Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::st
 Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
                                  const JobControl& control) {
   if (is_recording(path)) return reference_of_log(path, topic, control);
-  const Result<std::string> text = read_text_file(path, kMostTextBytes);
+  const Result<std::string> text = read_text_file(path, kMaxTextBytes);
   if (!text) return tl::unexpected(text.error());
   if (text->find_first_not_of(" \t\r\n") == std::string::npos)
     return fail(ErrorCode::NotFound, "the file is empty", {.source = path});

@@ -220,7 +220,7 @@ Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& contr
   if (!out) return tl::unexpected(out.error());
   const auto latency = Duration(std::llround(job.tag_latency_s * 1e9));
   const Result<std::unique_ptr<MessageLog>> log =
-      open_logs(job.inputs, control.log_options({.mbot_tag_latency = latency}));
+      open_logs(job.inputs, control.log_options({.mbot_camera_latency = latency}));
   if (!log) return tl::unexpected(about_files(log.error()));
   Result<ExportOptions> options = export_options(job, **log);
   if (!options) return tl::unexpected(options.error());

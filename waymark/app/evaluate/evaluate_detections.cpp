@@ -32,7 +32,7 @@ Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const 
 }
 
 Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
-  const auto text = read_text_file(job.detections == "-" ? "/dev/stdin" : job.detections, kMostTextBytes);
+  const auto text = read_text_file(job.detections == "-" ? "/dev/stdin" : job.detections, kMaxTextBytes);
   auto reports = text ? parse_reports(*text, job.detections) : tl::unexpected(text.error());
   if (!reports) return tl::unexpected(reports.error());
   return Reports{.reports = std::move(*reports)};
@@ -98,7 +98,7 @@ nlohmann::ordered_json to_json(const std::vector<ClassScores>& classes, const ch
 
 Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                      const TagFinder& finder, const JobControl& control) {
-  const auto text = read_text_file(job.truth, kMostTextBytes);
+  const auto text = read_text_file(job.truth, kMaxTextBytes);
   const auto truth = text ? parse_truth(*text, job.truth) : tl::unexpected(text.error());
   if (!truth) return tl::unexpected(truth.error());
   Result<Reports> all =

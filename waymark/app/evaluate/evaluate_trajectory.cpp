@@ -194,7 +194,6 @@ Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs
                                                           const TrajectoryReport& report,
                                                           const std::string& folder_name) {
   std::vector<std::string> files;
-  constexpr plot::Color kOdometryColor = plot::kTaughtColor;
   std::error_code failed;
   fs::create_directories(folder_name, failed);
   std::vector<plot::PathLayer> layers;
@@ -208,7 +207,7 @@ Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs
     layers.push_back({.name = row->name,
                       .path = plain(row->poses, alignment),
                       .color = estimate                  ? plot::kEstimateColor
-                               : row->name == "odometry" ? kOdometryColor
+                               : row->name == "odometry" ? plot::kOdometryColor
                                                          : plot::kPalette[6]});
   }
   const fs::path folder = folder_name;

@@ -241,7 +241,7 @@ Trajectory placed_odometry(const DriveRun& drive) {
 plot::PageFigure floor_figure(const DriveRun& drive) {
   const std::vector<plot::PathLayer> layers = {
       {"truth", thin(drive.lap.truth), {}, plot::kTruthColor},
-      {"odometry", placed_odometry(drive), {}, plot::kTaughtColor},
+      {"odometry", placed_odometry(drive), {}, plot::kOdometryColor},
       {"estimate", thin(drive.estimate), tags_of(drive), plot::kEstimateColor}};
   return {.name = "floor",
           .figure = plot::path_figure("Seen from above", layers),
@@ -269,7 +269,8 @@ plot::PageSection drive_section(const DriveRun& drive) {
   if (drive.estimate.empty()) return section;
   section.figures.push_back(
       {"error",
-       plot::error_and_doubt_figure("Error and its standard deviation", drive.estimate, drive.lap.truth),
+       plot::error_and_uncertainty_figure("Error and its standard deviation", drive.estimate,
+                                          drive.lap.truth),
        "The error of a consistent estimate is below twice its standard deviation about 19 times out of 20."});
   if (!drive.lap.truth.empty())
     section.figures.push_back(

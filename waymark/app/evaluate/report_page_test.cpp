@@ -132,7 +132,7 @@ TEST(Comparison, SensorsStandSideBySideWhereTwoDrivesWereMeasured) {
   runs.drives = {{.file = "sim"}, {.file = "real"}, {.file = "unknown"}};
   runs.drives[0].profile = RecordingProfile{.duration_s = 10, .corner_sigma_px = 0.1};
   EXPECT_THAT(sensors_side_by_side(runs).rows, SizeIs(0)) << "one alone is beside nothing";
-  runs.drives[1].profile = RecordingProfile{.duration_s = 12, .image_latency_s = 0.08};
+  runs.drives[1].profile = RecordingProfile{.duration_s = 12, .image_arrival_delay_s = 0.08};
   const plot::PageTable table = sensors_side_by_side(runs);
   EXPECT_EQ(table.head, (std::vector<std::string>{"quantity", "sim", "real"}));
   const auto row = [&](const std::string& words) {

@@ -87,7 +87,7 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
   if (!recorder) return recorder;
   const SimulatedSetup& simulated = setup.simulated;
   if (setup.process.empty())
-    recorder->set_camera_latency(Duration(std::llround(simulated.robot.camera_latency_s * 1e9)));
+    recorder->set_image_arrival_delay(Duration(std::llround(simulated.robot.camera_latency_s * 1e9)));
   const TeachSetup lap = teach_setup(simulated);
   std::map<std::string, std::string> facts = {
       {"verb", making.verb},

@@ -390,14 +390,14 @@ std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sampl
     if (std::abs(setup.filter.camera_latency_s - given_s) > kFarthest_s) return std::nullopt;
     last = first_run(setup, samples, control);
   }
-  if (last.suspect && last.suspect->suspect == Suspect::Latency) return std::nullopt;
+  if (last.suspect && last.suspect->suspect == Suspect::CameraLatency) return std::nullopt;
   first = last;
   return setup.filter.camera_latency_s;
 }
 
 /// Of a camera: coarse ranges hardly tell it from the noise of turning.
 bool is_camera_latency(const FirstRun& first) {
-  return first.suspect && first.suspect->suspect == Suspect::Latency && first.corners;
+  return first.suspect && first.suspect->suspect == Suspect::CameraLatency && first.corners;
 }
 
 std::string words_of_latency(double found_s, double given_s) {

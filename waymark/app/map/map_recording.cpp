@@ -99,7 +99,7 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
   }
   report.prior_agreeing = comparison->agreeing;
   report.prior_rms_m = comparison->rms_m;
-  for (const std::string& words : in_words(*comparison)) report.warnings.push_back(words);
+  for (const std::string& words : describe(*comparison)) report.warnings.push_back(words);
 }
 
 // What is written.
@@ -522,7 +522,7 @@ nlohmann::ordered_json mounting_json(const BundleFigures& bundle) {
     const auto at = static_cast<std::size_t>(i);
     json[names[at]] = {{"off", unit * bundle.mounting->off[i]},
                        {"sigma", unit * bundle.mounting->sigma[i]},
-                       {"told", !bundle.mounting->untold[at]}};
+                       {"told", !bundle.mounting->unobservable[at]}};
   }
   return json;
 }

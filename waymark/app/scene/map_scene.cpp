@@ -132,14 +132,15 @@ Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recordin
 void warn(MapSceneReport& report) {
   const SceneMap& map = report.map;
   for (const std::vector<TagId>& group : map.unconnected) {
-    const bool tied = std::ranges::any_of(
-        map.left_out_cuts, [&](const SceneCut& cut) { return cut.beyond == group; });  // said by scene_doubts
+    const bool tied = std::ranges::any_of(map.left_out_cuts, [&](const SceneCut& cut) {
+      return cut.beyond == group;
+    });  // said by scene_warnings
     if (tied) continue;
     report.warnings.push_back(
         fmt::format("tag{} {} {} never seen together with one that leads to the map: left out",
                     group.size() > 1 ? "s" : "", words_of(group), group.size() > 1 ? "were" : "was"));
   }
-  for (std::string& words : scene_doubts(map)) report.warnings.push_back(std::move(words));
+  for (std::string& words : scene_warnings(map)) report.warnings.push_back(std::move(words));
   if (!map.rejected_tags.empty())
     report.warnings.push_back(
         fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",

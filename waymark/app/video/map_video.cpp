@@ -191,7 +191,7 @@ void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
                         "the camera again, at this resolution and focus",
                         lens.names[static_cast<std::size_t>(i)], lens.found[i],
                         std::abs(lens.found[i] - lens.given[i]) / lens.prior_sigma[i], lens.given[i]));
-  for (std::string& words : scene_doubts(map)) report.warnings.push_back(std::move(words));
+  for (std::string& words : scene_warnings(map)) report.warnings.push_back(std::move(words));
   if (!map.rejected.empty())
     report.warnings.push_back(fmt::format("{} of {} observations contradict the others and were left out",
                                           map.rejected.size(), map.observations.seen.size()));

@@ -52,7 +52,7 @@ Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingP
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
   RecordingProfile made = profiler.profile();
-  made.image_latency_s = image_latency_of(job.output, silent(control));
+  made.image_arrival_delay_s = image_latency_of(job.output, silent(control));
   return made;
 }
 

@@ -11,8 +11,8 @@
 namespace waymark {
 namespace {
 
-constexpr int kMostSide_px = 65536;
-constexpr double kMostRate_hz = 10000;
+constexpr int kMaxSide_px = 65536;
+constexpr double kMaxRate_hz = 10000;
 
 std::vector<std::string_view> split(std::string_view text, char at) {
   std::vector<std::string_view> parts;
@@ -42,7 +42,7 @@ bool read_size(std::string_view text, V4l2Options& options) {
   if (sides.size() != 2) return false;
   const auto width = number_in<int>(sides[0]);
   const auto height = number_in<int>(sides[1]);
-  if (!width || !height || *width < 1 || *height < 1 || *width > kMostSide_px || *height > kMostSide_px)
+  if (!width || !height || *width < 1 || *height < 1 || *width > kMaxSide_px || *height > kMaxSide_px)
     return false;
   options.width = *width;
   options.height = *height;
@@ -73,7 +73,7 @@ Status read_word(const std::string& address, std::string_view word, V4l2Options&
     options.controls[std::string(key)] = *number;
     return {};
   }
-  if (*number <= 0 || *number > kMostRate_hz) return wrong(address, word, "For example rate=30.");
+  if (*number <= 0 || *number > kMaxRate_hz) return wrong(address, word, "For example rate=30.");
   options.rate_hz = *number;
   return {};
 }

@@ -186,7 +186,7 @@ constexpr Duration kPatience = std::chrono::milliseconds(500);
 constexpr Duration kRetry = std::chrono::milliseconds(250);
 constexpr Duration kSilence = std::chrono::seconds(2);
 constexpr Duration kExposureAge = std::chrono::seconds(1);  // each question is a transfer over USB
-constexpr std::size_t kMostWords = 16;
+constexpr std::size_t kMaxWords = 16;
 
 }  // namespace
 
@@ -308,7 +308,7 @@ void CaptureThread::refresh_exposure(CaptureStream& stream) {
 void CaptureThread::say(std::string words) {
   {
     const std::scoped_lock hold(mutex_);
-    if (words_.size() < kMostWords) words_.push_back(std::move(words));
+    if (words_.size() < kMaxWords) words_.push_back(std::move(words));
   }
   changed_.notify_all();
 }

@@ -18,7 +18,7 @@ namespace waymark::internal {
 namespace {
 
 constexpr double kExposureUnit_ms = 0.1;  // of V4L2_CID_EXPOSURE_ABSOLUTE
-constexpr std::int64_t kMostControls = 64;
+constexpr std::int64_t kMaxControls = 64;
 
 /// One of the four that matter, what switches it to automatic, and the value there that means manual.
 struct KnownControl {
@@ -74,7 +74,7 @@ bool is_automatic(int device, const KnownControl& known) {
 
 std::vector<std::string> menu_words(int device, const v4l2_queryctrl& query) {
   std::vector<std::string> words;
-  const auto last = std::min<std::int64_t>(query.maximum, query.minimum + kMostControls);
+  const auto last = std::min<std::int64_t>(query.maximum, query.minimum + kMaxControls);
   for (std::int64_t i = query.minimum; i <= last; ++i) {
     v4l2_querymenu entry{};
     entry.id = query.id;

@@ -101,7 +101,7 @@ std::vector<CameraDevice> list_cameras() {
 namespace waymark::internal {
 namespace {
 
-constexpr std::uint32_t kMostEntries = 256;  // of any list of a driver
+constexpr std::uint32_t kMaxEntries = 256;  // of any list of a driver
 constexpr double kUsefulRate_hz = 60;
 
 /// Work to make grey of it: copies first, decoding last.
@@ -126,7 +126,7 @@ double rate_of(const v4l2_fract& interval) {
 
 std::vector<double> read_rates(int device, std::uint32_t fourcc, int width, int height) {
   std::vector<double> rates;
-  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+  for (std::uint32_t i = 0; i < kMaxEntries; ++i) {
     v4l2_frmivalenum entry{};
     entry.index = i;
     entry.pixel_format = fourcc;
@@ -142,7 +142,7 @@ std::vector<double> read_rates(int device, std::uint32_t fourcc, int width, int 
 }
 
 void read_sizes(int device, std::uint32_t fourcc, std::vector<CameraMode>& modes) {
-  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+  for (std::uint32_t i = 0; i < kMaxEntries; ++i) {
     v4l2_frmsizeenum entry{};
     entry.index = i;
     entry.pixel_format = fourcc;
@@ -165,15 +165,15 @@ void read_sizes(int device, std::uint32_t fourcc, std::vector<CameraMode>& modes
 }
 
 std::string words_of(const std::vector<CameraMode>& modes) {
-  constexpr std::size_t kMost = 16;
+  constexpr std::size_t kMaxListed = 16;
   std::vector<std::string> words;
   for (const CameraMode& mode : modes)
     if (mode.readable)
       words.push_back(
           fmt::format("{} {}{}x{}", mode.format, mode.largest ? "up to " : "", mode.width, mode.height));
   if (words.empty()) return fmt::format("None of its {} formats and sizes is read.", modes.size());
-  const bool more = words.size() > kMost;
-  words.resize(std::min(words.size(), kMost));
+  const bool more = words.size() > kMaxListed;
+  words.resize(std::min(words.size(), kMaxListed));
   return fmt::format("It delivers {}{}.", fmt::join(words, ", "),
                      more ? " and more (`waymark cameras` lists them)" : "");
 }
@@ -250,7 +250,7 @@ Result<CameraDevice> read_capabilities(int device, const std::string& path) {
 
 std::vector<CameraMode> read_modes(int device) {
   std::vector<CameraMode> modes;
-  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+  for (std::uint32_t i = 0; i < kMaxEntries; ++i) {
     v4l2_fmtdesc entry{};
     entry.index = i;
     entry.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;

@@ -18,7 +18,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostLandmarkBytes = std::size_t{1} << 26U;
+constexpr std::size_t kMaxLandmarkBytes = std::size_t{1} << 26U;
 
 /// Where the columns stand.
 struct Columns {
@@ -172,7 +172,7 @@ Result<LandmarksFile> read_landmarks(const std::filesystem::path& path, std::opt
   if (file != path && !std::filesystem::exists(file, ignored) && std::filesystem::exists(inner, ignored))
     return fail(ErrorCode::NotFound, "the folder holds no map.yaml", {.source = path.string()},
                 fmt::format("Did you mean {}?", inner.parent_path().string()));
-  const Result<std::string> text = read_text_file(file, kMostLandmarkBytes);
+  const Result<std::string> text = read_text_file(file, kMaxLandmarkBytes);
   if (!text) return tl::unexpected(text.error());
   return parse_landmarks(*text, file.string(), tag_size_m);
 }

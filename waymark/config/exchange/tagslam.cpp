@@ -263,8 +263,8 @@ void add_board(const YamlCursor& board, bool staggered, TagslamReader& read, Sce
   const int columns = read.integer(board, "tag_columns", 0);
   const double size = read.positive(board, "tag_size");
   const double pitch = size * (1 + read.number(board, "tag_spacing", 0));
-  constexpr int kMost = 1000;
-  if (rows < 1 || columns < 1 || rows > kMost || columns > kMost / rows + 1) {
+  constexpr int kMaxTags = 1000;
+  if (rows < 1 || columns < 1 || rows > kMaxTags || columns > kMaxTags / rows + 1) {
     read.fail_at(board, "a board has 1 to 1000 tags");
     return;
   }

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 28U;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 28U;
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr double kFarthestMetres = 1e9;
 
@@ -97,7 +97,7 @@ Result<Trajectory> parse_trajectory(std::string_view text, const std::string& so
 }
 
 Result<Trajectory> read_trajectory(const std::filesystem::path& path) {
-  const Result<std::string> text = read_text_file(path, kMostBytes);
+  const Result<std::string> text = read_text_file(path, kMaxBytes);
   if (!text) return tl::unexpected(text.error());
   return parse_trajectory(*text, path.string());
 }

@@ -46,7 +46,7 @@ Result<std::optional<MotionNoise>> read_robot_motion(const std::filesystem::path
 
 namespace {
 
-constexpr double kMostMetres = 20;  ///< of hull, wheels and mounting
+constexpr double kMaxMetres = 20;  ///< of hull, wheels and mounting
 
 /// One part of the file: the keys it must have, and what reads them.
 template <class Read>
@@ -61,10 +61,10 @@ Status part(const YamlCursor& root, std::string_view key, const std::vector<std:
 
 Status read_model(const YamlCursor& root, RobotModel& model) {
   Status status = part(root, "hull", {"front_m", "rear_m", "width_m", "height_m"}, [&](auto& value) {
-    model.hull = {.front_m = value.plausible("front_m", kMostMetres, "m"),
-                  .rear_m = value.plausible("rear_m", kMostMetres, "m"),
-                  .width_m = value.plausible("width_m", kMostMetres, "m"),
-                  .height_m = value.plausible("height_m", kMostMetres, "m")};
+    model.hull = {.front_m = value.plausible("front_m", kMaxMetres, "m"),
+                  .rear_m = value.plausible("rear_m", kMaxMetres, "m"),
+                  .width_m = value.plausible("width_m", kMaxMetres, "m"),
+                  .height_m = value.plausible("height_m", kMaxMetres, "m")};
   });
   if (!status) return status;
   status =
@@ -78,8 +78,8 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
            });
   if (!status) return status;
   status = part(root, "wheels", {"radius_m", "track_m"}, [&](auto& value) {
-    model.wheel_radius_m = value.plausible("radius_m", kMostMetres, "m");
-    model.track_m = value.plausible("track_m", kMostMetres, "m");
+    model.wheel_radius_m = value.plausible("radius_m", kMaxMetres, "m");
+    model.track_m = value.plausible("track_m", kMaxMetres, "m");
   });
   return status;
 }
@@ -99,7 +99,7 @@ Result<MountedCamera> read_camera_at(const YamlCursor& entry, std::string name) 
               .pitch_rad = to_radians(value("pitch_deg")),
               .yaw_rad = to_radians(value("yaw_deg"))};
       });
-  if (status && Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm() > kMostMetres)
+  if (status && Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm() > kMaxMetres)
     status = entry.at(kMounting)->fail_here(ErrorCode::InvalidArgument,
                                             fmt::format("a camera is not {:g} m away from its robot",
                                                         Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm()),
@@ -127,7 +127,7 @@ Result<std::string> read_camera_name(const YamlCursor& entry, const std::vector<
 
 /// The cameras of the list, or the only one, which needs no name.
 Result<std::vector<MountedCamera>> read_robot_cameras(const YamlCursor& root) {
-  constexpr std::size_t kMost = 16;
+  constexpr std::size_t kMaxCameras = 16;
   std::vector<MountedCamera> cameras;
   const auto list = root.find("cameras");
   if (!list) {
@@ -140,8 +140,9 @@ Result<std::vector<MountedCamera>> read_robot_cameras(const YamlCursor& root) {
       return both->fail_here(ErrorCode::InvalidArgument, "stands beside the list 'cameras'",
                              "Write it into an entry of the list.");
   }
-  if (!list->is_sequence() || list->children().empty() || list->children().size() > kMost)
-    return list->fail_here(ErrorCode::InvalidArgument, fmt::format("is not a list of 1 to {} cameras", kMost),
+  if (!list->is_sequence() || list->children().empty() || list->children().size() > kMaxCameras)
+    return list->fail_here(ErrorCode::InvalidArgument,
+                           fmt::format("is not a list of 1 to {} cameras", kMaxCameras),
                            "cameras: [{name: front, camera_mounting: {…}, camera_info: {…}}, …]");
   for (const YamlCursor& entry : list->children()) {
     if (Status status = entry.check_keys({"name", kMounting, kInfo}); !status)
@@ -312,10 +313,10 @@ std::string first_sentence(const std::string& text) {
 }
 
 Result<CommentedRobot> read_commented_robot(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 20U;
   auto robot = read_robot(path);
   if (!robot) return tl::unexpected(robot.error());
-  const auto text = read_text_file(path, kMostBytes);
+  const auto text = read_text_file(path, kMaxBytes);
   if (!text) return tl::unexpected(text.error());
   return CommentedRobot{std::move(*robot), leading_comment(*text)};
 }

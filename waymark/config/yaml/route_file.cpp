@@ -279,8 +279,8 @@ Result<Route> parse_route(std::string_view text, const std::string& source) {
 }
 
 Route with_map(Route route, const TagMap& map) {
-  constexpr std::size_t kMost = 12;
-  const std::size_t step = std::max<std::size_t>(1, (map.tags.size() + kMost - 1) / kMost);
+  constexpr std::size_t kMaxTags = 12;
+  const std::size_t step = std::max<std::size_t>(1, (map.tags.size() + kMaxTags - 1) / kMaxTags);
   route.map_tags.clear();
   std::size_t i = 0;
   for (const auto& [id, tag] : map.tags) {

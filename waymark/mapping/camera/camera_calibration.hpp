@@ -20,6 +20,8 @@
 namespace waymark {
 
 struct CameraCalibrationOptions {
+  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px): weighs them against those with
+  /// one; the residuals scale both.
   double corner_sigma_px = 0.2;
   double gate_sigma = 4;
   double better_by = 0.02;

@@ -322,7 +322,7 @@ std::optional<MarkVector> projected(const ViewMark& mark, const std::array<Eigen
   return px;
 }
 
-Result<ViewMark> view_mark(TargetMark mark, double corner_sigma_px) {
+Result<ViewMark> view_mark(TargetMark mark, double default_sigma_px) {
   ViewMark view{.seen = std::move(mark)};
   const Eigen::Index n = view.numbers();
   const TargetMark& seen = view.seen;
@@ -331,7 +331,7 @@ Result<ViewMark> view_mark(TargetMark mark, double corner_sigma_px) {
       !std::ranges::all_of(seen.seen_px, finite) || !std::ranges::all_of(seen.target_points_m, finite))
     return fail(ErrorCode::InvalidArgument, "the corners of a mark are not finite");
   if (seen.covariance_px2.size() == 0) {
-    view.whitening = MarkMatrix::Identity(n, n) / corner_sigma_px;
+    view.whitening = MarkMatrix::Identity(n, n) / default_sigma_px;
     return view;
   }
   const auto refused = [] {

@@ -29,9 +29,9 @@ struct ViewMark {
   [[nodiscard]] Eigen::Index numbers() const { return 2 * std::ssize(seen.seen_px); }
 };
 
-/// The mark with its whitening; `corner_sigma_px` where it has no covariance. Fails (InvalidArgument) on
+/// The mark with its whitening; `default_sigma_px` where it has no covariance. Fails (InvalidArgument) on
 /// points that are not finite and a covariance that is not positive definite.
-[[nodiscard]] Result<ViewMark> view_mark(TargetMark mark, double corner_sigma_px);
+[[nodiscard]] Result<ViewMark> view_mark(TargetMark mark, double default_sigma_px);
 
 /// One picture of the target.
 struct TargetView {

@@ -22,7 +22,7 @@ namespace {
 constexpr int kRounds = 4;
 
 /// Which observations count, by their error where the poses stand. Whether that changed anything.
-bool judge(Bundle& bundle, double gate) {
+bool gate_observations(Bundle& bundle, double gate) {
   const std::vector<double> chi2 = corner_chi2(bundle);
   bool changed = false;
   for (std::size_t i = 0; i < chi2.size(); ++i) {
@@ -34,8 +34,8 @@ bool judge(Bundle& bundle, double gate) {
 }
 
 /// The noise as it is and what contradicts the rest left out, until neither changes any more.
-void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
-            BundleMap& result) {
+void adjust_until_stable(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
+                         BundleMap& result) {
   const BundleOptions search{.max_iterations = options.search.max_iterations};
   std::vector<double> freedom;  // hardly changes from round to round
   for (int round = 0; round < kRounds && result.summary.usable(); ++round) {
@@ -45,14 +45,14 @@ void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgres
       internal::scale_noise(lap.bundle, ratio);
       result.noise_ratio *= ratio;
     }
-    const bool changed = judge(lap.bundle, options.search.outlier_chi2);
+    const bool changed = gate_observations(lap.bundle, options.search.outlier_chi2);
     if (!changed && round > 0) break;
     result.summary = solve(lap.bundle, search, progress);
   }
 }
 
-/// What a stage of the search tells.
-BundleProgress stage(const MapProgress& progress, const char* name) {
+/// Reports the progress of one stage of the search.
+BundleProgress progress_of(const MapProgress& progress, const char* name) {
   return [&progress, name](int iteration, double cost) { return progress(name, iteration, cost); };
 }
 
@@ -61,16 +61,16 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
               const MapProgress& progress, BundleMap& result) {
   constexpr double kRough = 1e-5;  // what contradicts the rest shows long before the last digit
   const BundleOptions search{options.search.max_iterations, kRough, options.search.robust_chi2};
-  const BundleProgress looking = stage(progress, "looking for outliers");
+  const BundleProgress looking = progress_of(progress, "looking for outliers");
   result.summary = solve(lap.bundle, search, looking);
   if (!result.summary.usable()) return;
-  const bool frames = internal::place_lost_frames_anew(input, options, lap);
-  const bool tags = internal::place_lost_tags_anew(input, options, lap);
+  const bool frames = internal::place_lost_frames_again(input, options, lap);
+  const bool tags = internal::place_lost_tags_again(input, options, lap);
   if (internal::place_unconnected(input, options, lap, result.unconnected) || frames || tags)
     result.summary = solve(lap.bundle, search, looking);
   if (!result.summary.usable()) return;
-  internal::mend_jumps_of_the_way(input, options, search, looking, lap, result.summary);
-  settle(lap, options, stage(progress, "adjusting"), result);
+  internal::repair_trajectory_jumps(input, options, search, looking, lap, result.summary);
+  adjust_until_stable(lap, options, progress_of(progress, "adjusting"), result);
 }
 
 /// The lap is moved onto the map that is there, and both are adjusted together.
@@ -79,12 +79,12 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
   Result<internal::TiedPrior> tied =
       internal::tie_to_prior(*input.prior, input.anchor, covariance(lap.bundle), lap);
   if (!tied) return tied;
-  const BundleProgress told = stage(progress, "extending the map");
+  const BundleProgress report_progress = progress_of(progress, "extending the map");
   const BundleOptions search{.max_iterations = options.search.max_iterations};
-  result.summary = solve(lap.bundle, search, told);
+  result.summary = solve(lap.bundle, search, report_progress);
   while (result.summary.usable() && internal::revise_agreement(*input.prior, lap, *tied))
-    result.summary = solve(lap.bundle, search, told);
-  settle(lap, options, told, result);
+    result.summary = solve(lap.bundle, search, report_progress);
+  adjust_until_stable(lap, options, report_progress, result);
   result.prior_words = tied->words;
   result.prior_agreeing = static_cast<int>(tied->agreeing.size());
   return tied;
@@ -93,29 +93,29 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
 /// Would the lap have the camera elsewhere? Asked on a copy; where it clearly would, and held-out
 /// observations agree, or where nothing is assumed, map and mounting are found together. What the lap does
 /// not tell of it stays as it was assumed.
-void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
-                      BundleMap& result) {
-  const BundleProgress told = stage(progress, "where the camera sits");
+void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
+                       BundleMap& result) {
+  const BundleProgress report_progress = progress_of(progress, "where the camera sits");
   const int steps = options.search.max_iterations;
   const bool asked = options.find_mounting;
   const SE3 assumed = lap.bundle.poses[lap.cam].value;
   {
     LapBundle copy = lap;
-    const MountingBelief first{.base_T_cam = assumed, .focal_share = options.focal_share};
-    result.mounting = estimate_mounting(copy, steps, told, first);
+    const MountingAssumption first{.base_T_cam = assumed, .focal_share = options.focal_share};
+    result.mounting = estimate_mounting(copy, steps, report_progress, first);
     if (!result.mounting) return;
-    if (!asked) internal::keep_confirmed(copy, assumed, steps, told, *result.mounting);
+    if (!asked) internal::keep_confirmed(copy, assumed, steps, report_progress, *result.mounting);
     if (!asked && (options.keep_mounting || !result.mounting->stands_out())) return;
     lap.bundle.odometry = std::move(copy.bundle.odometry);  // with the noise that was found
   }
   result.mounting_used = true;
-  MountingBelief belief{
+  MountingAssumption assumption{
       .base_T_cam = assumed, .off = result.mounting->off, .focal_share = options.focal_share};
-  if (!asked) belief.trusted = result.mounting->untold;
-  result.mounting = estimate_mounting(lap, steps, told, belief);
-  internal::find_odometry_noise(lap, steps, told);
-  settle(lap, options, told, result);
-  result.mounting = estimate_mounting(lap, steps, told, belief);
+  if (!asked) assumption.trusted = result.mounting->unobservable;
+  result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
+  internal::find_odometry_noise(lap, steps, report_progress);
+  adjust_until_stable(lap, options, report_progress, result);
+  result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
 }
 
 /// What is left over of a tag lasts from picture to picture: so many of them weigh as one.
@@ -221,7 +221,7 @@ void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, Odom
 }
 
 /// The noise of the wheels' turns; and their scale, where a gyro turned for them.
-void tell_turns_of_wheels(const std::vector<Odometry>& odometry, BundleMap& result) {
+void estimate_wheel_turns(const std::vector<Odometry>& odometry, BundleMap& result) {
   const Trajectory& trajectory = result.trajectory;
   const std::vector<Matrix6>& P = result.trajectory_covariance;
   const auto scale = result.turns_by_gyro ? turn_scale(trajectory, P, odometry) : std::nullopt;
@@ -266,8 +266,8 @@ void leave_out(const LapInput& input, const std::vector<internal::ObservationInd
     observed[index.frame] = observe(confirmed.frames[index.frame], input);
 }
 
-/// Observations in doubt have no say until everything else stands.
-void doubt(const std::vector<internal::ObservationIndex>& doubtful, LapBundle& lap) {
+/// Doubtful observations are not used until everything else is adjusted.
+void disable_doubtful(const std::vector<internal::ObservationIndex>& doubtful, LapBundle& lap) {
   const std::set<internal::ObservationIndex> all(doubtful.begin(), doubtful.end());
   for (std::size_t i = 0; i < lap.observations.size(); ++i) {
     CornerTerm& term = lap.bundle.corners[i];
@@ -276,10 +276,10 @@ void doubt(const std::vector<internal::ObservationIndex>& doubtful, LapBundle& l
   }
 }
 
-/// Tags that the start does not know because all their observations are in doubt.
-std::set<TagId> tags_in_doubt_alone(const LapInput& input,
-                                    const std::vector<internal::ObservationIndex>& doubtful,
-                                    const ChainResult& start) {
+/// Tags that the start does not have because all their observations are doubtful.
+std::set<TagId> tags_without_confirmed_observation(const LapInput& input,
+                                                   const std::vector<internal::ObservationIndex>& doubtful,
+                                                   const ChainResult& start) {
   std::set<TagId> tags;
   for (const auto& [frame, detection] : doubtful) tags.insert(input.frames[frame].detections[detection].tag);
   std::erase_if(tags, [&](const TagId& tag) {
@@ -323,13 +323,13 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   LapBundle lap = lap_bundle(input, *start, options.model);
   BundleMap result{
       .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
-  doubt(doubtful, lap);
-  const std::set<TagId> in_doubt = tags_in_doubt_alone(input, doubtful, *start);
-  result.unconnected.insert(result.unconnected.end(), in_doubt.begin(), in_doubt.end());
+  disable_doubtful(doubtful, lap);
+  const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, doubtful, *start);
+  result.unconnected.insert(result.unconnected.end(), without_confirmed.begin(), without_confirmed.end());
   optimise(input, lap, options, progress, result);
   std::erase_if(result.unconnected, [&](const TagId& tag) {
-    if (in_doubt.contains(tag)) result.unconfirmed.push_back(tag);
-    return in_doubt.contains(tag);
+    if (without_confirmed.contains(tag)) result.unconfirmed.push_back(tag);
+    return without_confirmed.contains(tag);
   });
   std::optional<internal::TiedPrior> tied;
   if (input.prior && result.summary.usable()) {
@@ -339,13 +339,13 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   }
   if (stopped) return internal::stopped_on_request();
   if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
-  look_at_mounting(lap, options, progress, result);
+  consider_mounting(lap, options, progress, result);
   if (tied && options.find_mounting && result.mounting && !stopped)
     internal::spread_by_stretches(lap, *result.mounting);
   if (result.mounting_used && !result.mounting && !stopped)
     return fail(ErrorCode::InvalidArgument, "where the camera sits was not found", {},
                 "`keep_mounting` takes the robot's file at its word.");
-  weigh_lasting_errors(lap, options, stage(progress, "adjusting"), result);
+  weigh_lasting_errors(lap, options, progress_of(progress, "adjusting"), result);
   if (stopped || !progress("how sure it is", 0, 0)) return internal::stopped_on_request();
 
   const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
@@ -376,7 +376,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   if (result.mounting) scale_by(rough, result.mounting->scales, result.mounting->scales_sigma);
   result.turns_by_gyro = rough.turns_by_gyro;
   result.without_gyro_share = given.imu.empty() ? 1 : rough.without_gyro_share;
-  tell_turns_of_wheels(given.odometry, result);
+  estimate_wheel_turns(given.odometry, result);
   return result;
 }
 

@@ -143,7 +143,7 @@ std::optional<AnchorStance> anchor_stance(const std::vector<ObservedFrame>& fram
   return stance;
 }
 
-std::string in_words(const AnchorStance& stance, const TagId& anchor) {
+std::string describe(const AnchorStance& stance, const TagId& anchor) {
   const char* level = "the map is level with the floor, its origin at the tag's centre, its x axis along";
   switch (stance.kind) {
     case AnchorStance::Kind::Upright:

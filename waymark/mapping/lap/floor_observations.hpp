@@ -84,6 +84,6 @@ struct AnchorStance {
                                                         const FloorOptions& options = {});
 
 /// What a person should know of it; empty for an upright tag.
-[[nodiscard]] std::string in_words(const AnchorStance& stance, const TagId& anchor);
+[[nodiscard]] std::string describe(const AnchorStance& stance, const TagId& anchor);
 
 }  // namespace waymark

@@ -42,7 +42,7 @@ TEST(AnchorStance, AnUprightTagIsTheDefault) {
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Upright);
   EXPECT_LT((stance->map_T_anchor.inverse() * SE3(facing_the_robot(), Eigen::Vector3d::Zero())).log().norm(),
             1e-9);
-  EXPECT_EQ(in_words(*stance, kTag), "");
+  EXPECT_EQ(describe(*stance, kTag), "");
 }
 
 TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
@@ -55,7 +55,7 @@ TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
   const Eigen::Vector3d normal = stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitZ();
   EXPECT_NEAR(normal.y(), 0, 0.01) << "map x is where the normal points along the floor";
   EXPECT_NEAR(std::abs(normal.z()), std::sin(to_radians(20)), 0.01);
-  EXPECT_NE(in_words(*stance, kTag).find("leans by 20 deg"), std::string::npos);
+  EXPECT_NE(describe(*stance, kTag).find("leans by 20 deg"), std::string::npos);
 }
 
 TEST(AnchorStance, ATagOnTheFloorIsRecognised) {
@@ -66,7 +66,7 @@ TEST(AnchorStance, ATagOnTheFloorIsRecognised) {
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Lying);
   EXPECT_NEAR((stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitZ()).z(), -1, 1e-3);
   EXPECT_NEAR((stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitX()).x(), 1, 1e-3);
-  EXPECT_NE(in_words(*stance, kTag).find("lies"), std::string::npos);
+  EXPECT_NE(describe(*stance, kTag).find("lies"), std::string::npos);
   EXPECT_FALSE(anchor_stance({}, kTag, looking_down()));
 }
 

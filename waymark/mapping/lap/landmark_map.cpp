@@ -100,15 +100,15 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
 }
 
 /// Noise as it is, and what contradicts the rest left out, until nothing changes any more.
-void settle_points(LandmarkProblem& problem, LandmarkMap& map) {
-  constexpr int kMostSteps = 50;
+void adjust_points_until_stable(LandmarkProblem& problem, LandmarkMap& map) {
+  constexpr int kMaxSteps = 50;
   constexpr double kGate = 13.8;  // 0.999 quantile of chi-square, 2 degrees of freedom
   constexpr double kMedianChi2 = 1.386;
   const auto count = [&](std::pair<int, bool> end) {
     map.iterations += end.first;
     map.converged = end.second;
   };
-  count(internal::solve(problem, 6, kMostSteps));
+  count(internal::solve(problem, 6, kMaxSteps));
   for (int round = 0; round < 4; ++round) {
     std::vector<double> chi2;
     chi2.reserve(problem.observations.size());
@@ -124,7 +124,7 @@ void settle_points(LandmarkProblem& problem, LandmarkMap& map) {
       seen.factor.whitening /= std::sqrt(ratio2);
     }
     if (!changed && round > 0) return;
-    count(internal::solve(problem, 0, kMostSteps));
+    count(internal::solve(problem, 0, kMaxSteps));
   }
 }
 
@@ -191,7 +191,7 @@ Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
     return fail(ErrorCode::NotFound,
                 fmt::format("nothing was seen {} times while the robot moved", options.least_observations),
                 {}, "Drive slowly past each tag.");
-  settle_points(problem, map);
+  adjust_points_until_stable(problem, map);
   read_points(problem, ids, map);
   if (Status status = read_covariance(problem, ids, map); !status) return tl::unexpected(status.error());
   map.scales = {problem.scales.x(), problem.scales.y()};

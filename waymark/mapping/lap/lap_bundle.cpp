@@ -72,7 +72,7 @@ OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::s
 }
 
 /// Whether turns come from something else anywhere between two moments.
-bool turns_otherwise(const LapInput& lap, SensorTime from, SensorTime to) {
+bool other_turns_between(const LapInput& lap, SensorTime from, SensorTime to) {
   const auto span = std::ranges::upper_bound(lap.other_turns, from, {}, &TimeSpan::to);
   return span != lap.other_turns.end() && span->from < to;
 }
@@ -106,7 +106,7 @@ std::size_t camera_index(const LapInput& lap, const std::string& name) {
 }
 
 /// Two cameras that are triggered together see from one place.
-bool taken_at_once(const TagFrame& a, const TagFrame& b) {
+bool triggered_together(const TagFrame& a, const TagFrame& b) {
   return a.stamp == b.stamp && a.camera != b.camera;
 }
 
@@ -169,7 +169,7 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   result.bases.resize(lap.frames.size());
   for (std::size_t i = 0; i < lap.frames.size(); ++i) {
     if (!poses[i]) continue;
-    if (i > 0 && result.bases[i - 1] && taken_at_once(lap.frames[i - 1], lap.frames[i])) {
+    if (i > 0 && result.bases[i - 1] && triggered_together(lap.frames[i - 1], lap.frames[i])) {
       result.bases[i] = result.bases[i - 1];
       continue;
     }
@@ -177,7 +177,7 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
     bundle.on_floor.push_back(
         {result.floor, *result.bases[i], {options.floor.height_sigma_m, options.floor.tilt_sigma_rad}});
     if (i == 0 || !result.bases[i - 1] || !wheels.odom_T_base[i - 1] || !wheels.odom_T_base[i]) continue;
-    const bool otherwise = turns_otherwise(lap, lap.frames[i - 1].stamp, lap.frames[i].stamp);
+    const bool otherwise = other_turns_between(lap, lap.frames[i - 1].stamp, lap.frames[i].stamp);
     bundle.odometry.push_back({*result.bases[i - 1], *result.bases[i], otherwise ? std::size_t{1} : 0,
                                odometry_factor(lap, wheels, i, options)});
   }

@@ -15,6 +15,7 @@ namespace waymark {
 
 /// How much the measurements of a lap are trusted.
 struct LapModelOptions {
+  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px): weighs them against odometry.
   double corner_sigma_px = 0.3;
   double odometry_sigma_m = 0.001;
   double odometry_sigma_m_per_sqrt_m = 0.02;

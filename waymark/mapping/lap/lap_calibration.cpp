@@ -19,7 +19,8 @@ constexpr const char* kUnsteady = "Drive at two speeds, and change between them 
 
 /// A number is worth using when it is known better than this.
 struct Worth {
-  double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, latency_s = 0.01, bias_rad_s = 0.002;
+  double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, camera_latency_s = 0.01,
+         bias_rad_s = 0.002;
   double focal_share = 0.005;
 };
 
@@ -62,8 +63,9 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   values.add("odometry_scale", scales.distance, sigma.distance, worth.scale, kStraight);
   values.add("yaw_gain", scales.yaw, sigma.yaw, worth.scale, kTurns);
   values.add("side_slip_s", scales.slip_s, sigma.slip_s, worth.slip_s, kSpeeds);
-  values.add("camera_latency_s", scales.latency_s, sigma.latency_s, worth.latency_s, kUnsteady);
-  values.add("turn_lead_s", scales.turn_lead_s, sigma.turn_lead_s, worth.latency_s, kTurns);
+  values.add("camera_latency_s", scales.camera_latency_s, sigma.camera_latency_s, worth.camera_latency_s,
+             kUnsteady);
+  values.add("turn_lead_s", scales.turn_lead_s, sigma.turn_lead_s, worth.camera_latency_s, kTurns);
   values.add("odometry_yaw_bias_rad_s", scales.yaw_bias_rad_s, sigma.yaw_bias_rad_s, worth.bias_rad_s,
              kTurns);
   if (found.focal_scale_sigma > 0)
@@ -73,19 +75,19 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   return calibration;
 }
 
-/// How late the pictures are counts to first order only, and a robot's turns change within a tenth of a
+/// The camera latency counts to first order only, and a robot's turns change within a tenth of a
 /// second: what is left of it makes the noise of the wheels too large and their turns too small (errors in
 /// variables: Fuller, "Measurement Error Models", 1987, section 1.1). So a second look begins with the stamps
 /// as found.
-constexpr double kLate_s = 0.005;
+constexpr double kCameraLatencyForSecondFit_s = 0.005;
 
 /// Stamps of frames as the lap has them, again.
-void stamp_later(Duration late, BundleMap& map) {
-  for (StampedPose& pose : map.trajectory) pose.stamp += late;
-  for (StampedPose& pose : map.start_trajectory) pose.stamp += late;
-  for (RejectedObservation& rejected : map.rejected) rejected.stamp += late;
-  map.mounting->scales.latency_s += to_seconds(late);
-  map.odometry_scales.latency_s += to_seconds(late);
+void add_camera_latency(Duration camera_latency, BundleMap& map) {
+  for (StampedPose& pose : map.trajectory) pose.stamp += camera_latency;
+  for (StampedPose& pose : map.start_trajectory) pose.stamp += camera_latency;
+  for (RejectedObservation& rejected : map.rejected) rejected.stamp += camera_latency;
+  map.mounting->scales.camera_latency_s += to_seconds(camera_latency);
+  map.odometry_scales.camera_latency_s += to_seconds(camera_latency);
 }
 
 /// Seen by a camera that sits elsewhere, or has another focal length, tags seem to stand elsewhere than the
@@ -97,11 +99,11 @@ void fit_again(const LapInput& lap, const BundleMapOptions& options, const MapPr
     again.base_T_cam = map.mounting->base_T_cam;
     again.camera = map.mounting->camera;
   }
-  const Duration late(std::llround(1e9 * map.mounting->scales.latency_s));
-  for (TagFrame& frame : again.frames) frame.stamp -= late;
+  const Duration camera_latency(std::llround(1e9 * map.mounting->scales.camera_latency_s));
+  for (TagFrame& frame : again.frames) frame.stamp -= camera_latency;
   Result<BundleMap> better = map_by_bundle(again, {}, options, progress);
   if (!better || !better->mounting || better->prior_agreeing < map.prior_agreeing) return;
-  stamp_later(late, *better);
+  add_camera_latency(camera_latency, *better);
   map = std::move(*better);
 }
 
@@ -123,7 +125,8 @@ Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOpti
     return fail(ErrorCode::InvalidArgument,
                 "tags and odometry have no moment in common: nothing ties the two", {},
                 "Are their stamps of one clock? `waymark info` shows both.");
-  if (!map->prior_words.empty() || std::abs(map->mounting->scales.latency_s) > kLate_s)
+  if (!map->prior_words.empty() ||
+      std::abs(map->mounting->scales.camera_latency_s) > kCameraLatencyForSecondFit_s)
     fit_again(lap, freed, progress, *map);
   return LapCalibration{calibration_of(lap, *map->mounting), std::move(*map)};
 }

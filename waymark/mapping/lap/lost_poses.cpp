@@ -61,7 +61,7 @@ std::optional<SE3> frame_found_again(const LapInput& input, const LapBundle& lap
 
 }  // namespace
 
-bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+bool place_lost_frames_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   const auto terms = terms_by(&CornerTerm::rig, lap.bundle);
   const auto good = [&](PoseIndex base) {
@@ -90,7 +90,7 @@ bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& optio
   return any;
 }
 
-bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+bool place_lost_tags_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   bool any = false;
   const auto terms = terms_by(&CornerTerm::tag, lap.bundle);
@@ -158,19 +158,19 @@ double exactness_beside_a_jump(const Bundle& bundle) {
   constexpr std::size_t kEnough = 30;
   constexpr double kFarOff = 50;
   constexpr double kMedianChi2 = 2.366;  // of chi-square with 3 degrees of freedom
-  constexpr double kMost = 30;
+  constexpr double kMaxExactness = 30;
   const std::vector<double> chi2 = wheel_chi2(bundle);
   if (chi2.size() < kEnough) return 1;
   const double worst = *std::ranges::max_element(chi2);
   const double usual = median(chi2);
   if (worst < kFarOff * usual) return 1;
-  return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMost);
+  return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMaxExactness);
 }
 
 /// Tags that contradict the solution often, those first that do most.
 std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
   constexpr int kOften = 8;
-  constexpr std::size_t kMost = 3;
+  constexpr std::size_t kMaxSuspects = 3;
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   std::map<PoseIndex, int> contradictions;
   for (std::size_t i = 0; i < chi2.size(); ++i) {
@@ -181,15 +181,15 @@ std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
     if (count >= kOften && !lap.is_held(tag)) tags.push_back(tag);
   }
   std::ranges::stable_sort(tags, std::greater<>{}, [&](PoseIndex tag) { return contradictions[tag]; });
-  tags.resize(std::min(tags.size(), kMost));
+  tags.resize(std::min(tags.size(), kMaxSuspects));
   return tags;
 }
 
 }  // namespace
 
-void mend_jumps_of_the_way(const LapInput& input, const BundleMapOptions& options,
-                           const BundleOptions& search, const BundleProgress& progress, LapBundle& lap,
-                           BundleSummary& summary) {
+void repair_trajectory_jumps(const LapInput& input, const BundleMapOptions& options,
+                             const BundleOptions& search, const BundleProgress& progress, LapBundle& lap,
+                             BundleSummary& summary) {
   const double exactness = exactness_beside_a_jump(lap.bundle);
   if (exactness <= 1) return;
   const LapBundle before = lap;
@@ -199,7 +199,7 @@ void mend_jumps_of_the_way(const LapInput& input, const BundleMapOptions& option
     for (OdometryTerm& term : again.bundle.odometry) term.factor.whitening *= exactness;
     if (!solve(again.bundle, search, progress).usable()) continue;
     again.bundle.odometry = before.bundle.odometry;
-    place_lost_tags_anew(input, options, again);
+    place_lost_tags_again(input, options, again);
     for (CornerTerm& term : again.bundle.corners) term.used = !term.doubtful;
     const BundleSummary other = solve(again.bundle, search, progress);
     if (!other.usable() || other.final_cost >= summary.final_cost || other.invisible > summary.invisible)

@@ -11,11 +11,11 @@ namespace waymark::internal {
 /// A frame most of whose observations contradict the map was placed by one that is wrong (a wrong id, a tag
 /// that was moved): it is placed by what its observations and the wheels from the frames about it agree on.
 /// Whether any was.
-bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap);
+bool place_lost_frames_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap);
 
 /// A tag most of whose observations contradict its place was started in the wrong one, on the other of its
 /// two poses for example. Whether any was placed anew.
-bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap);
+bool place_lost_tags_again(const LapInput& input, const BundleMapOptions& options, LapBundle& lap);
 
 /// Tags the chain could not place (too far away for it, say). Those that were are taken from the list of the
 /// unconnected; whether any was.
@@ -27,8 +27,8 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
 /// search is tried again without one of the tags that contradict most, with wheels as exact as most of them
 /// are, and then as before with all; what explains everything better stays. `summary` is of the search that
 /// ended where the bundle is.
-void mend_jumps_of_the_way(const LapInput& input, const BundleMapOptions& options,
-                           const BundleOptions& search, const BundleProgress& progress, LapBundle& lap,
-                           BundleSummary& summary);
+void repair_trajectory_jumps(const LapInput& input, const BundleMapOptions& options,
+                             const BundleOptions& search, const BundleProgress& progress, LapBundle& lap,
+                             BundleSummary& summary);
 
 }  // namespace waymark::internal

@@ -94,7 +94,7 @@ bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<Sensor
   return fewest < kFew * std::min(all_here, all_there);
 }
 
-std::string in_words(const SecondPlace& place) {
+std::string describe(const SecondPlace& place) {
   const std::string both = fmt::format("{} was seen in two places, {:.2f} m apart ({} and {} times)",
                                        to_string(place.tag), place.distance_m, place.here, place.there);
   if (place.at_once) return both + ", once even together: two tags carry this id; change one of them";
@@ -138,14 +138,14 @@ void check_scale(const LapInput& lap, const BundleMap& map, std::vector<std::str
 }
 
 void check_unconfirmed(const BundleMap& map, std::vector<std::string>& words) {
-  constexpr std::size_t kMost = 5;
+  constexpr std::size_t kMaxNamed = 5;
   const std::size_t all = map.unconfirmed.size();
   if (all == 0) return;
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < std::min(all, kMost); ++i) names.push_back(to_string(map.unconfirmed[i]));
+  for (std::size_t i = 0; i < std::min(all, kMaxNamed); ++i) names.push_back(to_string(map.unconfirmed[i]));
   words.push_back(
       fmt::format("{}{}: no observation of {} is confirmed by another (a misread id, most likely): left out",
-                  fmt::join(names, ", "), all > kMost ? fmt::format(" and {} more", all - kMost) : "",
+                  fmt::join(names, ", "), all > kMaxNamed ? fmt::format(" and {} more", all - kMaxNamed) : "",
                   all == 1 ? "it" : "them"));
 }
 
@@ -250,7 +250,7 @@ void check_places(const LapInput& lap, const BundleMap& map, std::vector<std::st
                     places.size(), map.map.tags.size()));
     return;
   }
-  for (const SecondPlace& place : places) words.push_back(in_words(place));
+  for (const SecondPlace& place : places) words.push_back(describe(place));
 }
 
 }  // namespace
@@ -307,7 +307,7 @@ Reason reason_of(const RejectedObservation& observation, const LapInput& lap, co
 
 int sum(const LeftOutCounts& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
 
-std::string in_words(const LeftOutCounts& counts, const std::array<const char*, kLeftOutReasons>& reasons) {
+std::string describe(const LeftOutCounts& counts, const std::array<const char*, kLeftOutReasons>& reasons) {
   std::vector<std::string> words;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] > 0) words.push_back(fmt::format(fmt::runtime(reasons[i]), counts[i]));
@@ -317,16 +317,16 @@ std::string in_words(const LeftOutCounts& counts, const std::array<const char*, 
 
 /// "tag36h11:7 (14 of 90: 12 elsewhere, 2 inexact)", those that lost most.
 std::string worst_tags(const std::map<TagId, LeftOutCounts>& left_out, const BundleMap& map) {
-  constexpr std::size_t kMost = 3;
+  constexpr std::size_t kMaxNamed = 3;
   std::vector<std::pair<TagId, LeftOutCounts>> tags(left_out.begin(), left_out.end());
   std::ranges::stable_sort(tags, std::greater<>{}, [](const auto& tag) { return sum(tag.second); });
-  tags.resize(std::min(tags.size(), kMost));
+  tags.resize(std::min(tags.size(), kMaxNamed));
   std::vector<std::string> words;
   for (const auto& [tag, counts] : tags) {
     const auto used = map.observations.find(tag);
     words.push_back(fmt::format("{} ({} of {}: {})", to_string(tag), sum(counts),
                                 sum(counts) + (used == map.observations.end() ? 0 : used->second),
-                                in_words(counts, kOfOne)));
+                                describe(counts, kOfOne)));
   }
   return fmt::format("{}", fmt::join(words, ", "));
 }
@@ -360,7 +360,7 @@ void internal::check_observations(const LapInput& lap, const BundleMap& map,
   }
   words.push_back(
       fmt::format("{} of {} observations of tags contradict the others and were left out: {}; most of {}",
-                  map.rejected.size(), all, in_words(over_the_lap, kOfMany), worst_tags(left_out, map)));
+                  map.rejected.size(), all, describe(over_the_lap, kOfMany), worst_tags(left_out, map)));
 }
 
 namespace {
@@ -554,7 +554,7 @@ std::vector<std::string> what_is_off(const MountingEstimate& mounting) {
     const double off = number.unit * mounting.off[static_cast<Eigen::Index>(i)];
     const double range = 2 * number.unit * mounting.sigma[static_cast<Eigen::Index>(i)];
     const double least = std::max(range, 1.5 * std::pow(10.0, -number.digits));
-    if (mounting.untold[i] || std::abs(off) < least) continue;
+    if (mounting.unobservable[i] || std::abs(off) < least) continue;
     words.push_back(
         fmt::format("{:+.{}f}{} (+- {:.{}f})", off, number.digits, number.name, range, number.digits));
   }
@@ -574,14 +574,14 @@ void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
   if (!map.mounting_used) return;
   constexpr std::array<const char*, 6> kNames = {"how far forward", "how far to the left", "how high",
                                                  "its roll",        "its pitch",           "its yaw"};
-  std::vector<const char*> untold;
+  std::vector<const char*> unobservable;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (map.mounting->untold[i]) untold.push_back(kNames[i]);
+    if (map.mounting->unobservable[i]) unobservable.push_back(kNames[i]);
   }
   words.push_back(fmt::format(
       "of where the camera sits the lap does not tell {}: there the robot's file is trusted. Bends to both "
       "sides at two speeds tell all but the height",
-      fmt::join(untold, ", ")));
+      fmt::join(unobservable, ", ")));
 }
 
 }  // namespace waymark::internal

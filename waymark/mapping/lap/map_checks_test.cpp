@@ -459,7 +459,7 @@ MountingEstimate mounting() {
   estimate.off << 0.024, 0.001, 0, to_radians(0.1), to_radians(-2), to_radians(1);
   estimate.sigma << 0.004, 0.004, 1e-4, to_radians(0.3), to_radians(0.2), to_radians(0.6);
   estimate.out = {true, false, false, false, true, false};
-  estimate.untold = {false, false, true, false, false, false};
+  estimate.unobservable = {false, false, true, false, false, false};
   return estimate;
 }
 
@@ -486,7 +486,7 @@ TEST(CheckMounting, WhereItIsUsedWhatTheLapDoesNotTellIsListed) {
   EXPECT_THAT(mounting_words(map),
               ElementsAre(HasSubstr("taken into account, here and in the robot.yaml"),
                           AllOf(HasSubstr("does not tell how high:"), Not(HasSubstr("its yaw")))));
-  map.mounting->untold[0] = map.mounting->untold[5] = true;
+  map.mounting->unobservable[0] = map.mounting->unobservable[5] = true;
   EXPECT_THAT(mounting_words(map),
               ElementsAre(Not(HasSubstr("mm forward")), HasSubstr("how far forward, how high, its yaw:")));
 }

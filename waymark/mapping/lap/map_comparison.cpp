@@ -74,8 +74,8 @@ SE3 refined(const TagMap& map, const TagMap& prior, SE3 map_T_prior, const MapCo
   return map_T_prior;
 }
 
-ComparedTag judged(const TagId& id, const MappedTag& now, const TagMap& map, const TagMap& prior,
-                   const SE3& map_T_prior, const MapComparisonOptions& options) {
+ComparedTag compared_tag(const TagId& id, const MappedTag& now, const TagMap& map, const TagMap& prior,
+                         const SE3& map_T_prior, const MapComparisonOptions& options) {
   const MappedTag* before = prior.find(id);
   if (before == nullptr) return {.tag = id, .change = TagChange::New};
   const SE3 expected = map_T_prior * before->map_T_tag;
@@ -153,16 +153,16 @@ Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
     comparison.map_T_prior = proposal;
   }
   if (comparison.agreeing < 2) return no_agreement(map, prior);
-  internal::judge_tags(map, prior, options, comparison);
+  internal::compare_tags(map, prior, options, comparison);
   return comparison;
 }
 
-void internal::judge_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
-                          MapComparison& comparison) {
+void internal::compare_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
+                            MapComparison& comparison) {
   double squares = 0;
   int same = 0;
   for (const auto& [id, tag] : map.tags) {
-    comparison.tags.push_back(judged(id, tag, map, prior, comparison.map_T_prior, options));
+    comparison.tags.push_back(compared_tag(id, tag, map, prior, comparison.map_T_prior, options));
     const ComparedTag& now = comparison.tags.back();
     if (now.change != TagChange::Same && now.change != TagChange::Resized) continue;
     squares += now.distance_m * now.distance_m;
@@ -174,7 +174,7 @@ void internal::judge_tags(const TagMap& map, const TagMap& prior, const MapCompa
   }
 }
 
-std::vector<std::string> in_words(const MapComparison& comparison) {
+std::vector<std::string> describe(const MapComparison& comparison) {
   std::vector<std::string> words;
   for (const ComparedTag& tag : comparison.tags) {
     const std::string name = to_string(tag.tag);
@@ -289,7 +289,7 @@ Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorP
   for (int i = 0; i < 3; ++i) best = agreeing_pairs(pairs, least_squares(best), options.same_m);
   MapComparison comparison{.map_T_prior = lift(least_squares(best)),
                            .agreeing = static_cast<int>(best.size())};
-  internal::judge_tags(flat(map, comparison.map_T_prior.rotation()), points, options, comparison);
+  internal::compare_tags(flat(map, comparison.map_T_prior.rotation()), points, options, comparison);
   return comparison;
 }
 

@@ -58,12 +58,12 @@ struct PriorPoint {
                                                    const MapComparisonOptions& options = {});
 
 /// One sentence for each tag that is not where it was.
-[[nodiscard]] std::vector<std::string> in_words(const MapComparison& comparison);
+[[nodiscard]] std::vector<std::string> describe(const MapComparison& comparison);
 
 namespace internal {
 /// What became of each tag of either map, once it is known how they lie to each other.
-void judge_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
-                MapComparison& comparison);
+void compare_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
+                  MapComparison& comparison);
 }  // namespace internal
 
 }  // namespace waymark

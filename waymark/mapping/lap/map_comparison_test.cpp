@@ -31,7 +31,7 @@ TEST(MapComparison, AMapAgreesWithItselfWhereverItStands) {
   ASSERT_TRUE(comparison) << to_string(comparison.error());
   EXPECT_EQ(comparison->agreeing, 8);
   EXPECT_LT((comparison->map_T_prior * kElsewhere).log().norm(), 1e-9);
-  EXPECT_TRUE(in_words(*comparison).empty());
+  EXPECT_TRUE(describe(*comparison).empty());
 }
 
 /// As where the corners of tags are printed aside, by which they seem tilted by a degree or two.
@@ -63,7 +63,7 @@ TEST(MapComparison, NamesWhatChanged) {
   prior.tags[id(9)] = {.map_T_tag = kElsewhere, .size_m = 0.16};
   const auto comparison = compare_maps(map, prior);
   ASSERT_TRUE(comparison);
-  EXPECT_THAT(in_words(*comparison),
+  EXPECT_THAT(describe(*comparison),
               ::testing::ElementsAre(::testing::HasSubstr("tag36h11:2 stands 0.20 m and 0 deg"),
                                      "tag36h11:3 has another size than in the prior map",
                                      "tag36h11:5 and tag36h11:6 are swapped against the prior map",
@@ -101,12 +101,12 @@ TEST(MapComparison, PointsAreComparedByNumberAndPlaceAlone) {
   ASSERT_TRUE(same) << to_string(same.error());
   EXPECT_EQ(same->agreeing, 8);
   EXPECT_LT(same->rms_m, 1e-9);
-  EXPECT_TRUE(in_words(*same).empty());
+  EXPECT_TRUE(describe(*same).empty());
   std::swap(prior[5].map_p, prior[6].map_p);
   prior[2].map_p.x() += 0.01;
   const auto swapped = compare_points(map, prior);
   ASSERT_TRUE(swapped);
-  EXPECT_THAT(in_words(*swapped),
+  EXPECT_THAT(describe(*swapped),
               ::testing::ElementsAre("tag36h11:5 and tag36h11:6 are swapped against the prior map"));
   EXPECT_GT(swapped->rms_m, 0.001);
   EXPECT_LT(swapped->rms_m, 0.01);

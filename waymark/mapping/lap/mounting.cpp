@@ -30,18 +30,18 @@ Vector6 between(const SE3& assumed, const SE3& found) {
 }
 
 /// Centred where the camera is about to be found, so that what is trusted stays although it turns.
-PosePriorFactor prior_of(const MountingBelief& belief) {
+PosePriorFactor prior_of(const MountingAssumption& assumption) {
   constexpr double kWide = 0.1;  // [m], [rad]
   constexpr double kExactly = 1e-4;
   Vector6 sigma = Vector6::Constant(kWide);
-  Vector6 off = belief.off;
+  Vector6 off = assumption.off;
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    if (i == kHeight || belief.trusted[at]) sigma[i] = kExactly;
+    if (i == kHeight || assumption.trusted[at]) sigma[i] = kExactly;
     if (sigma[i] < kWide) off[i] = 0;
   }
-  const SE3 centre(SO3::exp(off.tail<3>()) * belief.base_T_cam.rotation(),
-                   belief.base_T_cam.translation() + off.head<3>());
+  const SE3 centre(SO3::exp(off.tail<3>()) * assumption.base_T_cam.rotation(),
+                   assumption.base_T_cam.translation() + off.head<3>());
   const Matrix6 P = sigma.cwiseAbs2().asDiagonal();
   return {centre, whitening_of(from_coordinate_covariance(centre, P).covariance)};
 }
@@ -50,7 +50,7 @@ PosePriorFactor prior_of(const MountingBelief& belief) {
 /// rise and sink. With heights as sure as a floor is even, the base is drawn to where they move least, which
 /// is nearer to the tags (the poses are unknowns that grow in number with the observations: Neyman and Scott,
 /// "Consistent estimates based on partially consistent observations", 1948). The force goes with the square.
-void doubt_heights(Bundle& bundle) {
+void loosen_heights(Bundle& bundle) {
   constexpr double kLess = 4;
   for (OnFloorTerm& term : bundle.on_floor) term.factor.height_sigma_m *= kLess;
 }
@@ -86,24 +86,24 @@ double focal_scale_sigma(const Bundle& bundle, const Eigen::MatrixXd& intrinsics
 
 std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterations,
                                                   const BundleProgress& progress,
-                                                  const std::optional<MountingBelief>& given) {
+                                                  const std::optional<MountingAssumption>& given) {
   if (lap.bundle.odometry.empty()) return std::nullopt;
   BundlePose& cam = lap.bundle.poses[lap.cam];
   constexpr double kSlip_s = 0.1;
-  constexpr double kLatency_s = 0.1;
+  constexpr double kCameraLatency_s = 0.1;
   constexpr double kTurnLead_s = 0.03;
   constexpr double kYawBias_rad_s = 0.02;
   for (BundleScales& scales : lap.bundle.odometry_scales)
-    scales.sigma = {scales.sigma.distance, scales.sigma.yaw, kSlip_s, kLatency_s,
-                    kTurnLead_s,           kYawBias_rad_s};
-  const MountingBelief belief = given.value_or(MountingBelief{.base_T_cam = cam.value});
+    scales.sigma = {scales.sigma.distance, scales.sigma.yaw, kSlip_s,
+                    kCameraLatency_s,      kTurnLead_s,      kYawBias_rad_s};
+  const MountingAssumption assumption = given.value_or(MountingAssumption{.base_T_cam = cam.value});
   if (cam.fixed) {
     cam.fixed = false;
-    doubt_heights(lap.bundle);
-    lap.bundle.priors.push_back({lap.cam, prior_of(belief)});
+    loosen_heights(lap.bundle);
+    lap.bundle.priors.push_back({lap.cam, prior_of(assumption)});
   }
-  if (belief.focal_share > 0 && lap.bundle.intrinsics.empty())
-    free_focal_length(belief.focal_share, lap.bundle);
+  if (assumption.focal_share > 0 && lap.bundle.intrinsics.empty())
+    free_focal_length(assumption.focal_share, lap.bundle);
   const BundleSummary summary = solve(lap.bundle, {.max_iterations = max_iterations}, progress);
   if (!summary.usable()) return std::nullopt;
   MountingEstimate estimate{.base_T_cam = lap.bundle.poses[lap.cam].value, .camera = lap.bundle.cameras[0]};
@@ -113,12 +113,12 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   const Matrix6 P = coordinate_covariance(Uncertain<SE3>{estimate.base_T_cam, known.poses[lap.cam]});
   estimate.sigma = P.diagonal().cwiseMax(0.0).cwiseSqrt();
   read_focal_length(lap.bundle, known, estimate);
-  estimate.off = between(belief.base_T_cam, estimate.base_T_cam);
+  estimate.off = between(assumption.base_T_cam, estimate.base_T_cam);
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const bool held = i == kHeight || belief.trusted[at];
+    const bool held = i == kHeight || assumption.trusted[at];
     estimate.out[at] = !held && is_out(estimate.off, estimate.sigma, i);
-    estimate.untold[at] = held || (!estimate.out[at] && estimate.sigma[i] > kWorth[at]);
+    estimate.unobservable[at] = held || (!estimate.out[at] && estimate.sigma[i] > kWorth[at]);
   }
   return estimate;
 }
@@ -198,7 +198,7 @@ std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assum
   const std::size_t middle = middle_frame(freed);
   const auto estimate = [&](std::size_t first, std::size_t last) {
     LapBundle part = part_of(freed, first, last);
-    return estimate_mounting(part, max_iterations, progress, MountingBelief{.base_T_cam = assumed});
+    return estimate_mounting(part, max_iterations, progress, MountingAssumption{.base_T_cam = assumed});
   };
   const auto before = estimate(0, middle);
   if (!before) return confirmed;
@@ -234,7 +234,7 @@ void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, co
   const auto keep = [&](const std::array<bool, 6>& out) {
     for (std::size_t i = 0; i < halves.size(); ++i) {
       const bool kept = out[i] && halves[i];
-      mounting.untold[i] = !kept && (mounting.untold[i] || mounting.out[i]);
+      mounting.unobservable[i] = !kept && (mounting.unobservable[i] || mounting.out[i]);
       mounting.out[i] = kept;
     }
   };
@@ -242,9 +242,9 @@ void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, co
   keep(first);
   if (!mounting.stands_out()) return;
   find_odometry_noise(freed, max_iterations, progress);
-  const MountingBelief belief{.base_T_cam = assumed};
+  const MountingAssumption assumption{.base_T_cam = assumed};
   // With the noise that the wheels show, a number may stand out that did not before.
-  if (const auto again = estimate_mounting(freed, max_iterations, progress, belief)) keep(again->out);
+  if (const auto again = estimate_mounting(freed, max_iterations, progress, assumption)) keep(again->out);
 }
 
 namespace {

@@ -16,7 +16,7 @@ struct MountingEstimate {
   Vector6 sigma = Vector6::Zero();  ///< of each, one standard deviation
   std::array<bool, 6> out{};        ///< which are farther off than chance, and far enough to matter
   /// Which of the six are known too badly to say anything against what was assumed.
-  std::array<bool, 6> untold{};
+  std::array<bool, 6> unobservable{};
   OdometryScales scales{};  ///< of the wheels, slip and latency
   OdometryScales scales_sigma{};
   CameraModel camera;            ///< the first, as it was found
@@ -27,7 +27,7 @@ struct MountingEstimate {
 };
 
 /// What was assumed of a mounting before, and what a first estimate made of it.
-struct MountingBelief {
+struct MountingAssumption {
   SE3 base_T_cam{};  ///< as the robot's file has it
   Vector6 off = Vector6::Zero();
   /// Which of the six stay as the file has them.
@@ -37,12 +37,12 @@ struct MountingBelief {
 
 /// Frees the camera's mounting (but for its height, which nothing on a floor tells), side slip and the age of
 /// the pictures, and adjusts everything once more; the bundle stays there. All three belong together: in a
-/// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `belief`: unless
-/// the camera is assumed where the bundle has it, or nothing of it is to be trusted. Nothing without
+/// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `assumption`:
+/// unless the camera is assumed where the bundle has it, or nothing of it is to be trusted. Nothing without
 /// odometry: tags alone say where the camera went, never where the base is.
 [[nodiscard]] std::optional<MountingEstimate> estimate_mounting(
     LapBundle& lap, int max_iterations, const BundleProgress& progress,
-    const std::optional<MountingBelief>& belief = {});
+    const std::optional<MountingAssumption>& assumption = {});
 
 namespace internal {
 

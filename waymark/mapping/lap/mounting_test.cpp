@@ -62,7 +62,7 @@ TEST(MountingEstimate, NothingOnAFloorTellsTheHeight) {
   const auto estimate = estimate_mounting(lap, 100, {});
   ASSERT_TRUE(estimate);
   EXPECT_NEAR(estimate->off[2], 0, 1e-3) << "it stays as it is given";
-  EXPECT_TRUE(estimate->untold[2]);
+  EXPECT_TRUE(estimate->unobservable[2]);
   EXPECT_FALSE(estimate->out[2]);
 }
 
@@ -70,13 +70,13 @@ TEST(MountingEstimate, WhatIsTrustedStays) {
   const RingDrive drive = drive_ring({.noise_px = 0.05});
   const SE3 given = wrong(drive.lap.base_T_cam);
   LapBundle lap = taken_for(drive, given);
-  MountingBelief belief{.base_T_cam = given};
-  belief.trusted = {true, true, true, true, true, false};
-  const auto estimate = estimate_mounting(lap, 100, {}, belief);
+  MountingAssumption assumption{.base_T_cam = given};
+  assumption.trusted = {true, true, true, true, true, false};
+  const auto estimate = estimate_mounting(lap, 100, {}, assumption);
   ASSERT_TRUE(estimate);
   for (const Eigen::Index i : {0, 1, 2, 3, 4}) {
     EXPECT_LT(std::abs(estimate->off[i]), 1e-3) << i;
-    EXPECT_TRUE(estimate->untold[static_cast<std::size_t>(i)]) << i;
+    EXPECT_TRUE(estimate->unobservable[static_cast<std::size_t>(i)]) << i;
     EXPECT_FALSE(estimate->out[static_cast<std::size_t>(i)]) << i;
   }
 }
@@ -85,7 +85,7 @@ TEST(MountingEstimate, AFocalLengthIsFoundOnlyWhereItIsAskedFor) {
   const RingDrive drive = drive_ring({.noise_px = 0.05});
   LapBundle lap = taken_for(drive, drive.lap.base_T_cam);
   const auto estimate = estimate_mounting(
-      lap, 100, {}, MountingBelief{.base_T_cam = drive.lap.base_T_cam, .focal_share = 0.01});
+      lap, 100, {}, MountingAssumption{.base_T_cam = drive.lap.base_T_cam, .focal_share = 0.01});
   ASSERT_TRUE(estimate);
   EXPECT_GT(estimate->focal_scale_sigma, 0);
   EXPECT_LE(estimate->focal_scale_sigma, 0.01) << "no less sure than beforehand";
@@ -121,7 +121,7 @@ TEST(MountingHalves, AMountingThatNoHalfConfirmsIsNotTold) {
   estimate->out[1] = true;  // as if errors that the noise model does not have had made it stand out
   internal::keep_confirmed(lap, drive.lap.base_T_cam, 100, {}, *estimate);
   EXPECT_FALSE(estimate->out[1]);
-  EXPECT_TRUE(estimate->untold[1]);
+  EXPECT_TRUE(estimate->unobservable[1]);
 }
 
 TEST(MountingHalves, AMountingThatBothHalvesShowIsKept) {
@@ -135,7 +135,7 @@ TEST(MountingHalves, AMountingThatBothHalvesShowIsKept) {
   ASSERT_TRUE(estimate->out[4]) << "2.3 degrees, sigma " << estimate->sigma[4];
   internal::keep_confirmed(lap, given, 100, {}, *estimate);
   EXPECT_TRUE(estimate->out[4]);
-  EXPECT_FALSE(estimate->untold[4]);
+  EXPECT_FALSE(estimate->unobservable[4]);
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
 }
 
 /// The floor of the prior map is that of the new one. What defined the lap's own map does so no more.
-void hold_the_floor(const LapPrior& prior, LapBundle& lap) {
+void use_prior_floor(const LapPrior& prior, LapBundle& lap) {
   std::set<PoseIndex> tags;
   for (const auto& [id, pose] : lap.tags) tags.insert(pose);
   std::erase_if(lap.bundle.priors, [&](const PriorTerm& term) { return tags.contains(term.pose); });
@@ -179,7 +179,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   find_agreeing(prior, now, lap, anchor, known, tied);
   add_places(prior, lap, tied);
   add_terms(prior, lap, tied);
-  hold_the_floor(prior, lap);
+  use_prior_floor(prior, lap);
   // The lap's own anchor was held where the prior map has it: from now on it is a tag like any other.
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;
@@ -235,7 +235,7 @@ std::string contradiction(const TagId& tag, const SE3& now, const SE3& before) {
       to_degrees((now.rotation().inverse() * before.rotation()).angle()));
 }
 
-void tell(const LapPrior& prior, const LapBundle& lap, TiedPrior& tied) {
+void write_messages(const LapPrior& prior, const LapBundle& lap, TiedPrior& tied) {
   tied.words.clear();
   for (const ComparedTag& compared : tied.comparison.tags) {
     if (compared.change == TagChange::Swapped && compared.tag < *compared.with)
@@ -247,8 +247,8 @@ void tell(const LapPrior& prior, const LapBundle& lap, TiedPrior& tied) {
   }
 }
 
-/// What the prior map knows of a tag is said of this pose from now on.
-void say_of(PoseIndex pose, const TagId& tag, LapBundle& lap, TiedPrior& tied) {
+/// The term that the prior map has for a tag applies to this pose from now on.
+void attach_prior(PoseIndex pose, const TagId& tag, LapBundle& lap, TiedPrior& tied) {
   for (RelativeTerm& term : lap.bundle.relatives) term.b = term.b == tied.before.at(tag) ? pose : term.b;
   tied.before[tag] = pose;
 }
@@ -269,8 +269,8 @@ bool tie_more(const LapPrior& prior, const Matrices& printed, const BundleCovari
     BundlePose& pose = lap.bundle.poses[own];
     pose.fixed = is_held(prior, tag, *prior.map.find(tag));
     if (pose.fixed) pose.value = prior.map.find(tag)->map_T_tag;
-    lap.bundle.poses[tied.before.at(tag)].fixed = true;  // nothing is said of it any more
-    say_of(own, tag, lap, tied);
+    lap.bundle.poses[tied.before.at(tag)].fixed = true;  // no term applies to it any more
+    attach_prior(own, tag, lap, tied);
     tied.agreeing.push_back(tag);
   }
   const bool more = !now.empty();
@@ -285,11 +285,11 @@ double distance2_without(const TagId& tag, const MappedTag& before, const Matrix
   const PoseIndex pose = lap.tags.at(tag);
   if (lap.bundle.poses[pose].fixed || !before.covariance) return 0;
   const Matrix6& P = known.poses[pose];
-  const Eigen::LLT<Matrix6> told(*before.covariance - P);
-  if (told.info() != Eigen::Success) return 0;
+  const Eigen::LLT<Matrix6> information_without_prior(*before.covariance - P);
+  if (information_without_prior.info() != Eigen::Success) return 0;
   const Vector6 off = minus(lap.bundle.poses[pose].value, before.map_T_tag);
-  const Vector6 off_without = *before.covariance * told.solve(off);
-  const Matrix6 P_without = *before.covariance * told.solve(P);
+  const Vector6 off_without = *before.covariance * information_without_prior.solve(off);
+  const Matrix6 P_without = *before.covariance * information_without_prior.solve(P);
   return distance2(SE3::exp(off_without) * before.map_T_tag, P_without + of_print, before);
 }
 
@@ -302,7 +302,7 @@ bool untie_worst(const LapPrior& prior, const Matrices& printed, const BundleCov
   const auto worst = std::ranges::max_element(off);
   if (worst == off.end() || *worst < kPoseGate) return false;
   const auto at = tied.agreeing.begin() + (worst - off.begin());
-  say_of(lap.bundle.add(prior.map.find(*at)->map_T_tag), *at, lap, tied);
+  attach_prior(lap.bundle.add(prior.map.find(*at)->map_T_tag), *at, lap, tied);
   tied.untied.insert(*at);
   tied.moved.push_back(*at);
   tied.agreeing.erase(at);
@@ -344,7 +344,7 @@ void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& la
                                                  *before) < kPoseGate;
     (agrees ? tied.agreeing : tied.moved).push_back(compared.tag);
   }
-  tell(prior, lap, tied);
+  write_messages(prior, lap, tied);
 }
 
 bool revise_agreement(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
@@ -354,7 +354,7 @@ bool revise_agreement(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
     const Matrices printed = covariance_of_print(lap.bundle, kPrinted_m);
     changed = tie_more(prior, printed, known, lap, tied) || untie_worst(prior, printed, known, lap, tied);
   }
-  tell(prior, lap, tied);  // by where the poses are now
+  write_messages(prior, lap, tied);  // by where the poses are now
   return changed;
 }
 

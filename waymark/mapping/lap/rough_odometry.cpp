@@ -94,10 +94,10 @@ std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
   constexpr double kBad = 0.1;
   double sum = 0;
   std::vector<std::pair<double, double>> ratios;  // and weights
-  for (const auto& [told, truth] : pairs) {
-    if (told == 0) continue;
-    ratios.emplace_back(truth / told, std::abs(told));
-    sum += std::abs(told);
+  for (const auto& [odometry, truth] : pairs) {
+    if (odometry == 0) continue;
+    ratios.emplace_back(truth / odometry, std::abs(odometry));
+    sum += std::abs(odometry);
   }
   if (ratios.size() < kFewest || sum < least_sum) return std::nullopt;
   std::ranges::sort(ratios);
@@ -108,7 +108,7 @@ std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
     if ((below += weight) >= sum / 2) break;
   }
   std::vector<double> off;
-  for (const auto& [told, truth] : pairs) off.push_back(std::abs(truth - scale * told));
+  for (const auto& [odometry, truth] : pairs) off.push_back(std::abs(truth - scale * odometry));
   const auto n = static_cast<double>(ratios.size());
   const double sigma = 1.5 * median(std::move(off)) / (sum / n) * std::sqrt(kOverlap / n);
   if (!(scale > 0) || sigma > kBad * scale) return std::nullopt;
@@ -117,7 +117,7 @@ std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
 
 double median_off(const Pairs& pairs, double scale) {
   std::vector<double> off;
-  for (const auto& [told, truth] : pairs) off.push_back(std::abs(truth - scale * told));
+  for (const auto& [odometry, truth] : pairs) off.push_back(std::abs(truth - scale * odometry));
   return off.empty() ? 0 : median(std::move(off));
 }
 

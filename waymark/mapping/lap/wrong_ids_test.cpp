@@ -190,13 +190,13 @@ std::set<ObservationIndex> misread(RingDrive& drive, double share, std::uint64_t
 }
 
 TEST(LapConfirmation, WhatIsRightIsConfirmed) {
-  EXPECT_THAT(unconfirmed(drive_ring({.corner_sigma_px = 0.1, .noise_px = 0.1})), IsEmpty());
+  EXPECT_THAT(unconfirmed(drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1})), IsEmpty());
   EXPECT_THAT(unconfirmed(drive_ring({.rear = true})), IsEmpty());
 }
 
 TEST(LapConfirmation, MisreadIdsAreNotAndNothingElseIsInDoubt) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    RingDrive drive = drive_ring({.corner_sigma_px = 0.1, .noise_px = 0.1, .seed = seed});
+    RingDrive drive = drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1, .seed = seed});
     const std::set<ObservationIndex> wrong = misread(drive, 0.03, seed);
     ASSERT_GE(wrong.size(), 4U);
     const auto found = unconfirmed(drive);
@@ -208,7 +208,7 @@ TEST(LapConfirmation, MisreadIdsAreNotAndNothingElseIsInDoubt) {
 }
 
 TEST(LapConfirmation, WithoutWheelsNeighboursInThePictureConfirm) {
-  RingDrive drive = drive_ring({.corner_sigma_px = 0.1, .noise_px = 0.1});
+  RingDrive drive = drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1});
   const std::set<ObservationIndex> wrong = misread(drive, 0.03, 4);
   drive.lap.odometry.clear();
   const auto found = unconfirmed(drive);

@@ -16,9 +16,9 @@ using internal::Hypothesis;
 using internal::Role;
 using internal::Vote;
 
-constexpr std::size_t kMostOfFrame = 8;     // votes a frame needs at most
-constexpr std::size_t kMostOfStatic = 120;  // the same for a tag
-constexpr double kSure = 16;                // another pose is out of the question
+constexpr std::size_t kMaxFrameVotes = 8;     // votes a frame needs at most
+constexpr std::size_t kMaxStaticVotes = 120;  // the same for a tag
+constexpr double kSure = 16;                  // another pose is out of the question
 
 double size_px(const CornerTerm& term) {
   const auto& c = term.factor.corners_px;
@@ -108,7 +108,7 @@ class Placer {
   [[nodiscard]] const std::vector<Hypothesis>& squares(std::size_t term) {
     if (options_.squares != nullptr) return (*options_.squares)[term];
     auto& at = squares_[term];
-    if (!at) at = internal::poses_of_square(bundle_, bundle_.corners[term], options_.corner_sigma_px);
+    if (!at) at = internal::poses_of_square(bundle_, bundle_.corners[term], options_.two_poses_sigma_px);
     return *at;
   }
 
@@ -141,7 +141,7 @@ class Placer {
         touched.push_back(i);
       }
       for (PoseIndex i : touched) {
-        std::vector<Hypothesis> found = hypotheses_of_frame(votes(i, kMostOfFrame));
+        std::vector<Hypothesis> found = hypotheses_of_frame(votes(i, kMaxFrameVotes));
         if (!found.empty()) set(i, std::move(found));
       }
     }
@@ -166,7 +166,7 @@ class Placer {
     int best = 0;
     for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
       if (known_[i].moves || !hypotheses_[i].empty() || appearances_[i].empty()) continue;
-      if (dirty_[i] != 0) agreed_[i] = internal::agree(votes(i, kMostOfStatic), internal::kPoseGate);
+      if (dirty_[i] != 0) agreed_[i] = internal::agree(votes(i, kMaxStaticVotes), internal::kPoseGate);
       dirty_[i] = 0;
       if (!agreed_[i] || agreed_[i]->votes < fewest) continue;
       best = std::max(best, agreed_[i]->votes);
@@ -212,7 +212,7 @@ std::vector<char> place_poses(Bundle& bundle, const std::vector<KnownPose>& know
 
 namespace {
 
-constexpr std::size_t kMostVotes = 120;
+constexpr std::size_t kMaxVotes = 120;
 
 double loss(const Bundle& bundle, const CornerTerm& term, double good_chi2) {
   const auto r = corner_residual(term.factor, bundle.cameras[term.camera],
@@ -235,7 +235,7 @@ std::vector<Vote<SE3>> votes_for(const Bundle& bundle, const std::vector<Appeara
       sets[i] = &values[i];
     }
     Vote<SE3> vote =
-        vote_for(at.role, sets, internal::poses_of_square(bundle, term, options.corner_sigma_px));
+        vote_for(at.role, sets, internal::poses_of_square(bundle, term, options.two_poses_sigma_px));
     if (!vote.empty()) votes.push_back(std::move(vote));
   }
   return votes;
@@ -262,7 +262,7 @@ bool better_place(Bundle& bundle, PoseIndex pose, const std::vector<Appearance>&
       best = value;
     }
   };
-  const std::vector<Vote<SE3>> votes = votes_for(bundle, where, moves ? 8 : kMostVotes, options);
+  const std::vector<Vote<SE3>> votes = votes_for(bundle, where, moves ? 8 : kMaxVotes, options);
   if (moves) {
     for (const Vote<SE3>& vote : votes) {
       for (const auto& alternative : vote) attempt(alternative.value);

@@ -10,9 +10,9 @@
 namespace waymark {
 
 struct PlaceOptions {
-  double corner_sigma_px = 0.5;   ///< what the two poses of a tag are told apart by
-  int fewest_votes = 1;           ///< that must agree on a pose that is not of a single frame
-  int fewest_doubtful_votes = 1;  ///< the same once votes in doubt count
+  double two_poses_sigma_px = 0.5;  ///< of a corner, when the two poses of a square are compared
+  int fewest_votes = 1;             ///< that must agree on a pose that is not of a single frame
+  int fewest_doubtful_votes = 1;    ///< the same once votes in doubt count
   /// The poses of the square of each corner term, where they are known already.
   const std::vector<std::vector<internal::Hypothesis>>* squares = nullptr;
 };

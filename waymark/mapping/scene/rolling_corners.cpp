@@ -36,9 +36,9 @@ class Motions {
   [[nodiscard]] std::optional<MovingTag> motion(const SceneObservation& seen) const {
     const auto now = cam_T_tag(seen, seen.frame);
     if (!now) return std::nullopt;
-    constexpr Eigen::Index kMost = 4;
-    Eigen::Matrix<double, kMost, 1> t;
-    Eigen::Matrix<double, kMost, 6> moved;
+    constexpr Eigen::Index kMaxNeighbours = 4;
+    Eigen::Matrix<double, kMaxNeighbours, 1> t;
+    Eigen::Matrix<double, kMaxNeighbours, 6> moved;
     Eigen::Index count = 0;
     const auto take = [&](std::size_t frame) {
       const double apart_s = seconds(seen.frame, frame);

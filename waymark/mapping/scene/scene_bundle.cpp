@@ -301,7 +301,7 @@ void add_measurements(const TagScene& scene, SceneBundle& problem) {
 }
 
 /// Without any prior that ties something to the map, a body and a tag on it are held where they are.
-Status hold_something(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem) {
+Status fix_one_body(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem) {
   std::size_t anchored = scene.bodies.size();
   for (std::size_t b = scene.bodies.size(); b-- > 0;) {
     if (scene.bodies[b].is_static && scene.bodies[b].map_T_body) anchored = b;
@@ -346,7 +346,7 @@ Result<SceneBundle> scene_bundle(const TagScene& scene, const SceneRecording& re
   }
   add_motion(scene, recording, problem);
   add_measurements(scene, problem);
-  if (Status status = hold_something(scene, observations, problem); !status)
+  if (Status status = fix_one_body(scene, observations, problem); !status)
     return tl::unexpected(status.error());
   return problem;
 }

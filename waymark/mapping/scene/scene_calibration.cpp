@@ -85,7 +85,7 @@ class ScaleSearch {
       const double more = cost_at(at + step);
       const double bend = less - 2 * middle + more;
       const double best = bend > 0 ? step * (less - more) / (2 * bend) : 0;
-      if (step == prior_sigma_) doubt(lower, step, bend, found);
+      if (step == prior_sigma_) find_uncertainty(lower, step, bend, found);
       cost_at(at + std::clamp(best, -10 * step, 10 * step));
     }
     found.value = map_.size_scale;
@@ -94,7 +94,8 @@ class ScaleSearch {
 
  private:
   /// Poses stand at the upper of two sizes.
-  void doubt(const std::vector<BundlePose>& lower, double step, double bend, TagScale& found) const {
+  void find_uncertainty(const std::vector<BundlePose>& lower, double step, double bend,
+                        TagScale& found) const {
     found.sigma = bend > 0 ? std::min(step / std::sqrt(bend), prior_sigma_) : prior_sigma_;
     const std::vector<BundlePose>& upper = map_.problem.bundle.poses;
     found.by_scale.reserve(upper.size());

@@ -226,7 +226,7 @@ TEST(GivenFacts, ADistanceFreesTheSizeOfTheTags) {
   const Outcome outcome = mapped(wide, &map);
   EXPECT_NEAR(map.size_scale, 1 / 1.006, 0.0006);
   EXPECT_LT(outcome.mean_m, 0.01);  // 0.6 % of eight metres are 5 cm
-  EXPECT_THAT(scene_doubts(map), testing::Not(testing::Contains(testing::HasSubstr("distance"))));
+  EXPECT_THAT(scene_warnings(map), testing::Not(testing::Contains(testing::HasSubstr("distance"))));
 }
 
 TEST(GivenFacts, OneOfManyDistancesThatIsWrongIsNamed) {
@@ -237,8 +237,9 @@ TEST(GivenFacts, OneOfManyDistancesThatIsWrongIsNamed) {
   wide.scene.distances[1].measured_m += 0.1;
   SceneMap map;
   mapped(wide, &map);
-  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::AllOf(testing::HasSubstr("between tags 9 and 15"),
-                                                                  testing::HasSubstr("sigma"))));
+  EXPECT_THAT(scene_warnings(map),
+              testing::Contains(
+                  testing::AllOf(testing::HasSubstr("between tags 9 and 15"), testing::HasSubstr("sigma"))));
 }
 
 TEST(GivenFacts, APriorThatHardlyKnowsTheTurnLeadsToAMap) {
@@ -264,7 +265,7 @@ TEST(GivenFacts, AKnownTagThatStandsElsewhereIsNamed) {
   give(12, {0.4, 0, 0});
   SceneMap map;
   mapped(wide, &map);
-  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::HasSubstr("tag 12 ")));
+  EXPECT_THAT(scene_warnings(map), testing::Contains(testing::HasSubstr("tag 12 ")));
 }
 
 TEST(GivenFacts, TheOnlyKnownTagIsNamedWhenItsSizeIsWrong) {
@@ -272,9 +273,9 @@ TEST(GivenFacts, TheOnlyKnownTagIsNamedWhenItsSizeIsWrong) {
   wide.scene.bodies[0].tags[0].size_m *= 1.4;
   SceneMap map;
   mapped(wide, &map);
-  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::AllOf(
-                                     testing::HasSubstr("observations of tag 0 contradict the rest"),
-                                     testing::HasSubstr("of the size given"))));
+  EXPECT_THAT(scene_warnings(map), testing::Contains(testing::AllOf(
+                                       testing::HasSubstr("observations of tag 0 contradict the rest"),
+                                       testing::HasSubstr("of the size given"))));
 }
 
 TEST(GivenFacts, TheOnlyKnownTagIsNamedWhenItHangsLoose) {
@@ -289,7 +290,7 @@ TEST(GivenFacts, TheOnlyKnownTagIsNamedWhenItHangsLoose) {
   }
   SceneMap map;
   mapped(wide, &map);
-  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::HasSubstr("of tag 0 contradict the rest")));
+  EXPECT_THAT(scene_warnings(map), testing::Contains(testing::HasSubstr("of tag 0 contradict the rest")));
 }
 
 // Scenes in which some ids were misread: their maps are as good as without them, or what they carry is left
@@ -334,7 +335,7 @@ TEST(WrongIds, AMisreadIdCountsForTheTagThatIsThere) {
       right = right || (read[d].tag == corrected.read && is[d].tag == corrected.is);
     EXPECT_TRUE(right) << corrected.read.number << " for " << corrected.is.number;
   }
-  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::HasSubstr("count for the tag that is there")));
+  EXPECT_THAT(scene_warnings(map), testing::Contains(testing::HasSubstr("count for the tag that is there")));
   SceneMap of_clean;
   mapped(clean, &of_clean);
   EXPECT_TRUE(of_clean.corrected_ids.empty());
@@ -362,7 +363,7 @@ TEST(WrongIds, APartThatHangsOnTwoObservationsIsInTheMapAndNamed) {
   EXPECT_EQ(mapped(thinly_tied(2), &map).tags, 60U);
   ASSERT_FALSE(map.thin_cuts.empty());
   EXPECT_EQ(map.thin_cuts[0].observations, 2);
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               testing::Contains(testing::HasSubstr("tags 31-59 hang on 2 observations of tag 30")));
 }
 
@@ -371,7 +372,7 @@ TEST(WrongIds, APartThatHangsOnOneObservationIsLeftOutAndNamed) {
   EXPECT_EQ(mapped(thinly_tied(1), &map).tags, 31U);
   ASSERT_EQ(map.left_out_cuts.size(), 1U);
   EXPECT_EQ(map.left_out_cuts[0].beyond.size(), 29U);
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               testing::Contains(testing::HasSubstr("tags 31-59 hang on one observation of tag 30")));
 }
 

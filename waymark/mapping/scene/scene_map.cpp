@@ -22,7 +22,7 @@ constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedo
 constexpr int kRounds = 5;
 
 /// Near enough to start from: the two poses of a square differ by more.
-bool tells_much(const ScenePrior& prior) {
+bool is_informative(const ScenePrior& prior) {
   constexpr double kSigmaM = 1.0;
   constexpr double kSigmaRad = 0.3;
   const Matrix6 P =
@@ -32,11 +32,11 @@ bool tells_much(const ScenePrior& prior) {
 }
 
 /// `weak`: also what tells little; better than nothing where nothing else leads to the map.
-std::vector<KnownPose> what_is_known(const TagScene& scene, const SceneBundle& problem, bool weak) {
+std::vector<KnownPose> known_poses(const TagScene& scene, const SceneBundle& problem, bool weak) {
   std::vector<KnownPose> known(problem.bundle.poses.size());
   for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = problem.moves[i] != 0;
   const auto from = [&](PoseIndex pose, const std::optional<ScenePrior>& prior) {
-    if (prior && (weak || tells_much(*prior))) known[pose] = {true, prior->covariance(), false};
+    if (prior && (weak || is_informative(*prior))) known[pose] = {true, prior->covariance(), false};
   };
   for (std::size_t c = 0; c < scene.cameras.size(); ++c)
     from(problem.cameras[c], scene.cameras[c].body_T_cam);
@@ -59,7 +59,7 @@ class Search {
     Bundle& bundle = map_.problem.bundle;
     if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
     for (bool weak : {false, true}) {
-      known_ = what_is_known(map_.scene, map_.problem, weak);
+      known_ = known_poses(map_.scene, map_.problem, weak);
       place();
       if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
     }
@@ -85,8 +85,8 @@ class Search {
 
   /// Corner noise, and what is free besides poses, from the observations themselves.
   void with_own_noise() {
-    settle();
-    if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) settle();
+    adjust_until_stable();
+    if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
     add_planes(map_.scene, map_.problem, map_.placed);
     known_.resize(map_.placed.size());
     count_correlated();
@@ -94,7 +94,7 @@ class Search {
         map_.scene.cameras, [](const CameraOnBody& camera) { return camera.intrinsics_sigma.size() > 0; });
     if (options_.free_intrinsics || given) {
       free_intrinsics(map_, options_.free_intrinsics);
-      settle();
+      adjust_until_stable();
       count_correlated();
     }
     find_size_of_tags();
@@ -102,12 +102,12 @@ class Search {
   }
 
   /// Until the set of observations in use and the noise agree with each other.
-  void settle() {
+  void adjust_until_stable() {
     for (int round = 0; round < kRounds && goes_on(); ++round) {
       constexpr double kStill_px = 0.02;
       const bool moved = bring_corners_to_middle(recording_, map_) > kStill_px;
       own_noise(noise_px_ * noise_ratio());
-      const bool changed = judge();
+      const bool changed = gate_observations();
       if (!changed && !moved && round > 0) break;
       find(0, options_.search.max_iterations, "adjusting", kRough);
     }
@@ -137,14 +137,15 @@ class Search {
       ratios.push_back(term.measured_m / (place_of(term.a) - place_of(term.b)).norm());
     }
     if ((ratios.empty() && !options_.size_sigma) || !goes_on()) return;
-    constexpr double kMost = 0.2;
-    const double start = ratios.empty() ? 1 : std::clamp(median(std::move(ratios)), 1 - kMost, 1 + kMost);
+    constexpr double kMaxSizeChange = 0.2;
+    const double start =
+        ratios.empty() ? 1 : std::clamp(median(std::move(ratios)), 1 - kMaxSizeChange, 1 + kMaxSizeChange);
     const TagScale scale = find_tag_scale(map_, start, map_.size_prior_sigma, [&] {
       find(0, options_.search.max_iterations, "size of the tags");
     });
     map_.size_sigma = scale.sigma;
     if (options_.size_sigma) map_.by_size = scale.by_scale;
-    judge();
+    gate_observations();
     for (SceneBody& body : map_.scene.bodies) {
       for (SceneTag& tag : body.tags) tag.size_m *= map_.size_scale;
     }
@@ -174,7 +175,7 @@ class Search {
     if (options_.model == SceneModel::Waymark) {
       squares.reserve(bundle.corners.size());
       for (const CornerTerm& term : bundle.corners)
-        squares.push_back(internal::poses_of_square(bundle, term, options.corner_sigma_px));
+        squares.push_back(internal::poses_of_square(bundle, term, options.two_poses_sigma_px));
       const internal::Confirmation confirmation = confirm(squares);
       for (std::size_t i = 0; i < bundle.corners.size(); ++i)
         bundle.corners[i].doubtful = confirmation.doubtful[i] != 0;
@@ -238,10 +239,10 @@ class Search {
     if (!goes_on()) return;
     const BundleOptions search{
         .max_iterations = steps, .relative_gain = relative_gain, .robust_chi2 = robust_chi2};
-    const auto told = [&](int iteration, double cost) {
+    const auto report_progress = [&](int iteration, double cost) {
       return !progress_ || progress_(stage, iteration, cost);
     };
-    map_.summary = solve(map_.problem.bundle, search, told, factor_);
+    map_.summary = solve(map_.problem.bundle, search, report_progress, factor_);
   }
 
   [[nodiscard]] bool can_count(const CornerTerm& term) const {
@@ -287,7 +288,7 @@ class Search {
     return std::max(std::sqrt(median(std::move(chi2)) / (kMedianChi2 * share)), 1e-3);
   }
 
-  bool judge() {
+  bool gate_observations() {
     Bundle& bundle = map_.problem.bundle;
     const std::vector<double> chi2 = chi2_of_corners();
     const auto good = [&](std::size_t i) {
@@ -320,18 +321,18 @@ class Search {
 };
 
 /// Tags on no list that were hardly seen do not count: a wrong id appears once.
-void believe(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
+void drop_rare_unlisted_tags(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
   std::map<std::pair<std::size_t, std::size_t>, int> count;
   for (const SceneObservation& seen : map.observations.seen) ++count[{seen.body, seen.tag}];
-  const auto doubtful = [&](const SceneObservation& seen) {
+  const auto rare_and_unlisted = [&](const SceneObservation& seen) {
     const bool on_a_list = seen.tag < listed.bodies[seen.body].tags.size();
     return !on_a_list && count[{seen.body, seen.tag}] < options.min_observations;
   };
   std::set<TagId> ids;
   for (const SceneObservation& seen : map.observations.seen) {
-    if (doubtful(seen)) ids.insert(map.scene.bodies[seen.body].tags[seen.tag].id);
+    if (rare_and_unlisted(seen)) ids.insert(map.scene.bodies[seen.body].tags[seen.tag].id);
   }
-  std::erase_if(map.observations.seen, doubtful);
+  std::erase_if(map.observations.seen, rare_and_unlisted);
   map.rejected_tags.assign(ids.begin(), ids.end());
 }
 
@@ -353,7 +354,7 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   SceneMap map{.scene = scene};
   map.size_prior_sigma = options.size_sigma.value_or(map.size_prior_sigma);
   map.observations = observations_of(recording, map.scene);
-  if (options.model == SceneModel::Waymark) believe(scene, options, map);
+  if (options.model == SceneModel::Waymark) drop_rare_unlisted_tags(scene, options, map);
   if (map.observations.seen.empty())
     return fail(ErrorCode::NotFound, "no tag of this scene was seen", {},
                 "Do the topics of the cameras and the ids of the tags fit the recording?");

@@ -238,7 +238,7 @@ TEST(SceneMap, AFocalLengthThatIsFarFromTheGivenOneIsNamed) {
   setup.scene.cameras[0].model = with_intrinsics(setup.scene.cameras[0].model, given).value();
   const auto map = map_scene(setup.scene, setup.recording, {.free_intrinsics = true});
   ASSERT_TRUE(map);
-  EXPECT_THAT(scene_doubts(*map), testing::Contains(testing::HasSubstr("camera cam0: fx is")));
+  EXPECT_THAT(scene_warnings(*map), testing::Contains(testing::HasSubstr("camera cam0: fx is")));
 }
 
 TEST(SceneMap, TagslamsModelTakesCamerasAsGiven) {

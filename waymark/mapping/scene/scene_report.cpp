@@ -34,7 +34,7 @@ void list_rejected(const SceneRecording& recording, SceneMap& map) {
 }
 
 /// Tags none of whose observations is in use are not in the map.
-void take_out_the_contradicted(SceneMap& map) {
+void remove_contradicted_tags(SceneMap& map) {
   std::vector<char> seen(map.problem.bundle.poses.size(), 0);
   std::vector<char> used(map.problem.bundle.poses.size(), 0);
   for (const CornerTerm& term : map.problem.bundle.corners) {
@@ -148,7 +148,7 @@ std::set<PoseIndex> roots_of(const SceneMap& map) {
   return roots;
 }
 
-void list_what_hangs_loosely(SceneMap& map) {
+void list_thin_cuts(SceneMap& map) {
   std::map<PoseIndex, TagId> ids;
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t)
@@ -179,17 +179,17 @@ void report_scene(const SceneRecording& recording, SceneMap& map) {
   report_intrinsics(map);
   measure_reprojection(map);
   list_rejected(recording, map);
-  take_out_the_contradicted(map);
+  remove_contradicted_tags(map);
   list_unconnected(map);
-  list_what_hangs_loosely(map);
+  list_thin_cuts(map);
 }
 
 namespace {
 
-constexpr std::size_t kMostLines = 5;  // of a kind
+constexpr std::size_t kMaxLines = 5;  // of a kind
 
 /// "tags 3, 40-78 and 99".
-std::string words_of(const std::vector<TagId>& tags) {
+std::string names_of(const std::vector<TagId>& tags) {
   std::vector<int> numbers;
   numbers.reserve(tags.size());
   for (const TagId& tag : tags) numbers.push_back(tag.number);
@@ -202,11 +202,11 @@ std::string words_of(const std::vector<TagId>& tags) {
     runs.push_back(long_run ? fmt::format("{}-{}", numbers[i], numbers[end]) : std::to_string(numbers[i]));
     i = long_run ? end + 1 : i + 1;
   }
-  constexpr std::size_t kMostRuns = 12;
+  constexpr std::size_t kMaxRuns = 12;
   const std::size_t all = runs.size();
-  if (all > kMostRuns) runs.resize(kMostRuns);
+  if (all > kMaxRuns) runs.resize(kMaxRuns);
   return fmt::format("tag{} {}{}", tags.size() == 1 ? "" : "s", fmt::join(runs, ", "),
-                     all > kMostRuns ? ", ..." : "");
+                     all > kMaxRuns ? ", ..." : "");
 }
 
 /// Observations of a tag, and how many are in use.
@@ -231,7 +231,7 @@ void for_tags(const SceneMap& map, const Visit& visit) {
   }
 }
 
-void say_what_priors_suffer(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_priors(const SceneMap& map, std::vector<std::string>& words) {
   constexpr double kGate = 22.46;  // 0.999 quantile of chi-square with 6 degrees of freedom
   const auto check = [&](const std::string& name, PoseIndex pose, const std::optional<ScenePrior>& prior) {
     if (!prior || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed) return;
@@ -256,7 +256,7 @@ void say_what_priors_suffer(const SceneMap& map, std::vector<std::string>& words
   });
 }
 
-void say_what_measurements_suffer(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_measurements(const SceneMap& map, std::vector<std::string>& words) {
   constexpr double kGate = 3;
   std::map<PoseIndex, int> number;
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) { number[pose] = tag.id.number; });
@@ -289,7 +289,7 @@ void say_what_measurements_suffer(const SceneMap& map, std::vector<std::string>&
         map.size_scale, off_sigma));
 }
 
-void say_which_cameras_differ(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_cameras(const SceneMap& map, std::vector<std::string>& words) {
   constexpr double kGate = 3;
   for (const FoundIntrinsics& lens : map.intrinsics) {
     for (Eigen::Index i = 0; i < lens.found.size(); ++i) {
@@ -303,7 +303,7 @@ void say_which_cameras_differ(const SceneMap& map, std::vector<std::string>& wor
   }
 }
 
-void say_which_tags_contradict(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_tags(const SceneMap& map, std::vector<std::string>& words) {
   const std::vector<Counts> counts = counts_of(map);
   struct Line {
     bool known;
@@ -327,54 +327,54 @@ void say_which_tags_contradict(const SceneMap& map, std::vector<std::string>& wo
   });
   std::ranges::stable_sort(lines, std::greater<>{},
                            [](const Line& l) { return std::pair(l.known, l.rejected); });
-  if (lines.size() > kMostLines) lines.resize(kMostLines);
+  if (lines.size() > kMaxLines) lines.resize(kMaxLines);
   for (Line& line : lines) words.push_back(std::move(line.words));
   if (!alone.empty())
-    words.push_back(words_of(alone) + ": on what was given alone, no observation in use says where");
+    words.push_back(names_of(alone) + ": on what was given alone, no observation in use says where");
 }
 
 std::string observations(int count) {
   return count == 1 ? "one observation" : fmt::format("{} observations", count);
 }
 
-void say_what_hangs_loosely(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& words) {
   for (const SceneCut& cut : map.left_out_cuts) {
-    words.push_back(fmt::format("{} hang{} on {} of {} that nothing confirms: left out", words_of(cut.beyond),
+    words.push_back(fmt::format("{} hang{} on {} of {} that nothing confirms: left out", names_of(cut.beyond),
                                 cut.beyond.size() == 1 ? "s" : "", observations(cut.observations),
-                                words_of(cut.by)));
+                                names_of(cut.by)));
   }
-  for (std::size_t i = 0; i < std::min(map.thin_cuts.size(), kMostLines); ++i) {
+  for (std::size_t i = 0; i < std::min(map.thin_cuts.size(), kMaxLines); ++i) {
     const SceneCut& cut = map.thin_cuts[i];
     words.push_back(fmt::format("{} hang on {} of {}: if those are wrong, so is where they are",
-                                words_of(cut.beyond), observations(cut.observations), words_of(cut.by)));
+                                names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
-  if (!map.undetermined.empty()) words.push_back(words_of(map.undetermined) + ": nothing determines where");
+  if (!map.undetermined.empty()) words.push_back(names_of(map.undetermined) + ": nothing determines where");
 }
 
-void say_which_ids_were_misread(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& words) {
   const std::size_t all = map.corrected_ids.size();
   if (all == 0) return;
   std::vector<std::string> cases;
-  for (std::size_t i = 0; i < std::min(all, kMostLines); ++i)
+  for (std::size_t i = 0; i < std::min(all, kMaxLines); ++i)
     cases.push_back(
         fmt::format("{} for {}", map.corrected_ids[i].read.number, map.corrected_ids[i].is.number));
   words.push_back(
       fmt::format("{} observation{} with the id of another tag {} where that tag cannot be, and count{} for "
                   "the tag that is there: {}{}",
                   all, all == 1 ? "" : "s", all == 1 ? "is" : "are", all == 1 ? "s" : "",
-                  fmt::join(cases, ", "), all > kMostLines ? ", ..." : ""));
+                  fmt::join(cases, ", "), all > kMaxLines ? ", ..." : ""));
 }
 
 }  // namespace
 
-std::vector<std::string> scene_doubts(const SceneMap& map) {
+std::vector<std::string> scene_warnings(const SceneMap& map) {
   std::vector<std::string> words;
-  say_what_priors_suffer(map, words);
-  say_what_measurements_suffer(map, words);
-  say_which_cameras_differ(map, words);
-  say_which_tags_contradict(map, words);
-  say_what_hangs_loosely(map, words);
-  say_which_ids_were_misread(map, words);
+  warn_of_priors(map, words);
+  warn_of_measurements(map, words);
+  warn_of_cameras(map, words);
+  warn_of_tags(map, words);
+  warn_of_thin_cuts(map, words);
+  warn_of_misread_ids(map, words);
   return words;
 }
 
@@ -478,9 +478,9 @@ std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& mo
     neighbours[tie.b].push_back(tie.a);
   }
   std::vector<ThinCut> cuts;
-  constexpr int kMostTried = 200;
+  constexpr int kMaxTried = 200;
   int tried = 0;
-  for (auto tie = tree.rbegin(); tie != tree.rend() && tie->views <= most && tried < kMostTried;
+  for (auto tie = tree.rbegin(); tie != tree.rend() && tie->views <= most && tried < kMaxTried;
        ++tie, ++tried) {
     std::set<PoseIndex> beyond = side_of(neighbours, tie->a, tie->b);
     const auto known = [&](PoseIndex tag) { return roots.contains(tag); };

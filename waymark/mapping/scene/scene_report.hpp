@@ -19,7 +19,7 @@ void measure_reprojection(SceneMap& map);
 /// standard deviations; tags most of whose observations contradict the rest, known ones first; tags that rest
 /// on what was given alone; parts that hang on a few observations, and those that were left out for it; tags
 /// whose place nothing determines.
-[[nodiscard]] std::vector<std::string> scene_doubts(const SceneMap& map);
+[[nodiscard]] std::vector<std::string> scene_warnings(const SceneMap& map);
 
 /// Tags that are tied to the rest by so few observations that a wrong one among them would move them all.
 struct ThinCut {

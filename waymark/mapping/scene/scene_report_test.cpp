@@ -33,22 +33,22 @@ std::vector<TagId> tags(const std::vector<std::size_t>& numbers) {
   return ids;
 }
 
-TEST(SceneDoubts, OfTheTruthThereAreNone) { EXPECT_THAT(scene_doubts(good_map()), IsEmpty()); }
+TEST(SceneDoubts, OfTheTruthThereAreNone) { EXPECT_THAT(scene_warnings(good_map()), IsEmpty()); }
 
 TEST(SceneDoubts, AGivenPoseThatTheRestContradictsIsNamedWithItsResidual) {
   SceneMap map = good_map();
   SE3& tag = map.problem.bundle.poses[map.problem.tags[0][0]].value;
   tag = tag * at(0.001, 0, 0);
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               ElementsAre(AllOf(HasSubstr("tag 0 is 0.0010 m and 0.00 deg from where it is given"),
                                 HasSubstr("10.0 sigma"))));
   map.problem.bundle.poses[map.problem.tags[0][0]].fixed = true;
-  EXPECT_THAT(scene_doubts(map), IsEmpty()) << "held there";
+  EXPECT_THAT(scene_warnings(map), IsEmpty()) << "held there";
   SE3& cam = map.problem.bundle.poses[map.problem.cameras[0]].value;
   cam = cam * at(0, 0, 0, 0, 0.02);
-  EXPECT_THAT(scene_doubts(map), ElementsAre(HasSubstr("camera cam0 is 0.0000 m and 1.15 deg")));
+  EXPECT_THAT(scene_warnings(map), ElementsAre(HasSubstr("camera cam0 is 0.0000 m and 1.15 deg")));
   map.placed[map.problem.cameras[0]] = 0;
-  EXPECT_THAT(scene_doubts(map), IsEmpty()) << "it is nowhere";
+  EXPECT_THAT(scene_warnings(map), IsEmpty()) << "it is nowhere";
 }
 
 TEST(SceneDoubts, ADistanceAndACoordinateAreHeldAgainstTheMap) {
@@ -57,21 +57,21 @@ TEST(SceneDoubts, ADistanceAndACoordinateAreHeldAgainstTheMap) {
   made.scene.distances = {{2, 5, -1, -1, true_m + 0.05, 0.01}};
   made.scene.coordinates = {{3, -1, Eigen::Vector3d::UnitX(), made.tags[3].translation().x() - 0.04, 0.01}};
   const SceneMap map = true_scene_map(made);
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               ElementsAre(AllOf(HasSubstr("between tags 2 and 5 is -0.0500 m off"), HasSubstr("5.0 sigma")),
                           AllOf(HasSubstr("of tag 3 is +0.0400 m off"), HasSubstr("4.0 sigma"))));
   made.scene.distances[0].sigma_m = 0.02;
   made.scene.coordinates[0].sigma_m = 0.02;
-  EXPECT_THAT(scene_doubts(true_scene_map(made)), IsEmpty()) << "within three deviations";
+  EXPECT_THAT(scene_warnings(true_scene_map(made)), IsEmpty()) << "within three deviations";
 }
 
 TEST(SceneDoubts, ASizeOfAllTagsFarFromTheGivenOneIsNamed) {
   SceneMap map = good_map();
   map.size_scale = 1.02;
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               ElementsAre(AllOf(HasSubstr("1.020 times as large"), HasSubstr("4.0 sigma"))));
   map.size_prior_sigma = 0.01;
-  EXPECT_THAT(scene_doubts(map), IsEmpty());
+  EXPECT_THAT(scene_warnings(map), IsEmpty());
 }
 
 TEST(SceneDoubts, ACameraThatWasFoundElsewhereIsNamedByItsNumbers) {
@@ -82,7 +82,7 @@ TEST(SceneDoubts, ACameraThatWasFoundElsewhereIsNamedByItsNumbers) {
   lens.found = Eigen::Vector2d(442 + 20, 444 - 4);
   lens.sigma = Eigen::Vector2d(1, 1);
   map.intrinsics = {lens};
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               ElementsAre(AllOf(HasSubstr("camera cam0: fx is 462"), HasSubstr("given as 442, 5.0 sigma"))));
 }
 
@@ -96,20 +96,20 @@ TEST(SceneDoubts, TagsThatContradictTheRestAreNamedKnownOnesFirst) {
   };
   reject(5, 1);
   reject(0, 2);
-  const auto words = scene_doubts(map);
+  const auto words = scene_warnings(map);
   ASSERT_THAT(words, SizeIs(2));
   EXPECT_THAT(words[0],
               AllOf(HasSubstr("observations of tag 0 contradict the rest"), HasSubstr("where it is given")));
   EXPECT_THAT(words[1], HasSubstr("observations of tag 5 contradict the rest"));
   reject(0, 1);
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               Contains("tag 0: on what was given alone, no observation in use says where"));
 }
 
 TEST(SceneDoubts, NoMoreThanFiveTagsOfAKindAreListed) {
   SceneMap map = good_map();
   for (CornerTerm& term : map.problem.bundle.corners) term.used = false;
-  EXPECT_THAT(scene_doubts(map), SizeIs(6)) << "five, and the known one that rests on what was given";
+  EXPECT_THAT(scene_warnings(map), SizeIs(6)) << "five, and the known one that rests on what was given";
 }
 
 TEST(SceneDoubts, WhatHangsLooselyIsListedInRunsOfNumbers) {
@@ -117,25 +117,26 @@ TEST(SceneDoubts, WhatHangsLooselyIsListedInRunsOfNumbers) {
   map.thin_cuts = {{tags({3, 4, 5, 7}), tags({2}), 2}};
   map.left_out_cuts = {{tags({9}), tags({0, 1}), 1}};
   map.undetermined = tags({1, 2});
-  EXPECT_THAT(scene_doubts(map), ElementsAre(AllOf(HasSubstr("tag 9 hangs on one observation of tags 0, 1"),
-                                                   HasSubstr("left out")),
-                                             HasSubstr("tags 3-5, 7 hang on 2 observations of tag 2"),
-                                             HasSubstr("tags 1, 2: nothing determines where")));
+  EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(HasSubstr("tag 9 hangs on one observation of tags 0, 1"),
+                                                     HasSubstr("left out")),
+                                               HasSubstr("tags 3-5, 7 hang on 2 observations of tag 2"),
+                                               HasSubstr("tags 1, 2: nothing determines where")));
   std::vector<std::size_t> many;
   for (std::size_t i = 0; i < 30; ++i) many.push_back(2 * i);
   map.thin_cuts = {{tags(many), tags({1}), 1}};
-  EXPECT_THAT(scene_doubts(map),
+  EXPECT_THAT(scene_warnings(map),
               Contains(HasSubstr("tags 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, ... hang on one")));
 }
 
 TEST(SceneDoubts, MisreadIdsAreCountedAndSomeNamed) {
   SceneMap map = good_map();
   map.corrected_ids = {{3, rig_tag(7), rig_tag(2)}};
-  EXPECT_THAT(scene_doubts(map), ElementsAre(AllOf(HasSubstr("1 observation with the id of another tag is"),
-                                                   HasSubstr("counts for the tag that is there: 7 for 2"))));
+  EXPECT_THAT(scene_warnings(map),
+              ElementsAre(AllOf(HasSubstr("1 observation with the id of another tag is"),
+                                HasSubstr("counts for the tag that is there: 7 for 2"))));
   for (std::size_t i = 0; i < 6; ++i) map.corrected_ids.push_back({i, rig_tag(i), rig_tag(i + 1)});
-  EXPECT_THAT(scene_doubts(map), ElementsAre(AllOf(HasSubstr("7 observations"), HasSubstr("are where"),
-                                                   HasSubstr("3 for 4, ..."))));
+  EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(HasSubstr("7 observations"), HasSubstr("are where"),
+                                                     HasSubstr("3 for 4, ..."))));
 }
 
 /// Tags in pictures: pose 0 is the map, 1 the camera's place, 2 to 21 are tags, then one pose a picture.

@@ -316,7 +316,7 @@ std::optional<double> chi2_of(const Bundle& bundle, const CornerTerm& term) {
   return r->squaredNorm();
 }
 
-int set_invisible_aside(Bundle& bundle) {
+int disable_invisible(Bundle& bundle) {
   int invisible = 0;
   for (CornerTerm& term : bundle.corners) {
     if (!term.used || chi2_of(bundle, term)) continue;
@@ -402,7 +402,7 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   }
   BundleProblem problem(bundle, unknowns, options, kept);
   summary.initial_cost = problem.linearize();
-  if (const int invisible = std::isfinite(summary.initial_cost) ? 0 : set_invisible_aside(bundle);
+  if (const int invisible = std::isfinite(summary.initial_cost) ? 0 : disable_invisible(bundle);
       invisible > 0) {
     summary = solve(bundle, options, progress, kept);
     summary.invisible += invisible;

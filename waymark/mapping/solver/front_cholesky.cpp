@@ -438,7 +438,7 @@ std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, do
                                                    const FrontCholesky& preconditioner) {
   constexpr double kStays = 1e-12;  // what nothing determines stays where it is
   constexpr double kAccuracy = 1e-3;
-  constexpr int kMost = 25;
+  constexpr int kMaxIterations = 25;
   const auto H = system.lower().selfadjointView<Eigen::Lower>();
   const Eigen::VectorXd added = (damping * system.lower().diagonal()).array() + kStays;
   Eigen::VectorXd x = Eigen::VectorXd::Zero(added.size());
@@ -447,7 +447,7 @@ std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, do
   Eigen::VectorXd p = z;
   double rz = r.dot(z);
   double gained = 0;
-  for (int i = 1; i <= kMost; ++i) {
+  for (int i = 1; i <= kMaxIterations; ++i) {
     if (!(rz > 0)) return x;
     const Eigen::VectorXd Hp = H * p + added.cwiseProduct(p);
     const double curvature = p.dot(Hp);

@@ -82,7 +82,7 @@ class Damping {
  public:
   explicit Damping(double first) : damping_(first) {}
   [[nodiscard]] double value() const { return damping_; }
-  [[nodiscard]] bool exhausted() const { return damping_ >= kMost; }
+  [[nodiscard]] bool exhausted() const { return damping_ >= kMaxDamping; }
 
   void after_gain(double gained, double promised) {
     constexpr double kAsPromised = 0.9;
@@ -92,17 +92,17 @@ class Damping {
       damping_ /= kStride * kStride * kStride;
     else if (gained > kHardly * promised)
       damping_ /= kStride;
-    damping_ = std::max(damping_, kLeast);
+    damping_ = std::max(damping_, kMinDamping);
   }
   void after_failure() {
-    damping_ = std::max(damping_, kLeast) * stride_;
+    damping_ = std::max(damping_, kMinDamping) * stride_;
     stride_ *= kStride;
   }
 
  private:
   static constexpr double kStride = 10;
-  static constexpr double kLeast = 1e-16;
-  static constexpr double kMost = 1e12;
+  static constexpr double kMinDamping = 1e-16;
+  static constexpr double kMaxDamping = 1e12;
 
   double damping_;
   double stride_ = kStride;

@@ -150,7 +150,7 @@ class Confirmer {
   Confirmation run() {
     gate_ = kPoseGate * scale();
     for (const std::vector<std::size_t>& of_tag : tags_) join_observations(of_tag);
-    return judge();
+    return confirmation();
   }
 
  private:
@@ -272,7 +272,7 @@ class Confirmer {
     });
   }
 
-  Confirmation judge() {
+  Confirmation confirmation() {
     std::vector<std::size_t> size(seen_.size(), 0);
     for (std::size_t i = 0; i < seen_.size(); ++i) ++size[groups_.root(i)];
     double alone = 0;
@@ -299,13 +299,13 @@ class Confirmer {
   /// Of n wrong ids among T tags, n^k / (k! T^(2k-2)) sets of k say the same of the same tag.
   static int votes_beyond_chance(double wrong, double tags) {
     constexpr double kRare = 0.01;
-    constexpr int kMost = 5;
+    constexpr int kMaxVotes = 5;
     double sets = wrong;
-    for (int k = 2; k < kMost; ++k) {
+    for (int k = 2; k < kMaxVotes; ++k) {
       sets *= wrong / (k * tags * tags);
       if (sets < kRare) return k;
     }
-    return kMost;
+    return kMaxVotes;
   }
 
   const std::vector<ViewedTag>& seen_;

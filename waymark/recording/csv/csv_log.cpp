@@ -98,11 +98,11 @@ std::optional<double> number(std::string_view cell) {
 std::optional<std::int64_t> integer(std::string_view cell) { return parse<std::int64_t>(cell); }
 
 std::optional<std::int64_t> seconds_as_ns(std::string_view cell) {
-  constexpr std::int64_t kMost = 4'000'000'000;
+  constexpr std::int64_t kMaxSeconds = 4'000'000'000;
   const std::size_t point = std::min(cell.find('.'), cell.size());
   const auto whole = integer(cell.substr(0, point));
   std::string_view fraction = cell.substr(std::min(point + 1, cell.size()));
-  const bool plain = whole && *whole <= kMost && *whole >= -kMost &&
+  const bool plain = whole && *whole <= kMaxSeconds && *whole >= -kMaxSeconds &&
                      std::ranges::all_of(fraction, [](char c) { return c >= '0' && c <= '9'; });
   if (plain) {
     fraction = fraction.substr(0, 9);
@@ -111,7 +111,7 @@ std::optional<std::int64_t> seconds_as_ns(std::string_view cell) {
     return *whole * kNanosecondsPerSecond + (cell.starts_with('-') ? -ns : ns);
   }
   const auto seconds = number(cell);
-  if (!seconds || std::abs(*seconds) > static_cast<double>(kMost)) return std::nullopt;
+  if (!seconds || std::abs(*seconds) > static_cast<double>(kMaxSeconds)) return std::nullopt;
   return std::llround(*seconds * static_cast<double>(kNanosecondsPerSecond));
 }
 
@@ -199,9 +199,9 @@ std::optional<std::size_t> Header::find(std::string_view name) const {
 
 std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& cells) const {
   // So that no difference of two stamps overflows.
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
+  constexpr std::int64_t kMaxNanoseconds = std::numeric_limits<std::int64_t>::max() / 2;
   const auto ns = seconds_ ? seconds_as_ns(cells[time_]) : integer(cells[time_]);
-  return ns && *ns >= -kMost && *ns <= kMost ? ns : std::nullopt;
+  return ns && *ns >= -kMaxNanoseconds && *ns <= kMaxNanoseconds ? ns : std::nullopt;
 }
 
 namespace {

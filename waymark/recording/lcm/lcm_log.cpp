@@ -185,8 +185,8 @@ constexpr std::int64_t kNanosecondsPerTick = 1000;
 
 /// Receive times that no calendar knows count as 0.
 std::uint64_t nanoseconds(std::int64_t microseconds) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerTick;
-  return microseconds < 0 || microseconds > kMost
+  constexpr std::int64_t kMaxMicroseconds = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerTick;
+  return microseconds < 0 || microseconds > kMaxMicroseconds
              ? 0
              : static_cast<std::uint64_t>(microseconds * kNanosecondsPerTick);
 }
@@ -240,7 +240,7 @@ class LcmLog final : public MessageLog {
 
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
     visited_.clear();
-    mbot::Samples samples(conventions_, options_.mbot_tag_latency, visited_, visit);
+    mbot::Samples samples(conventions_, options_.mbot_camera_latency, visited_, visit);
     Status status = visit_events(selection, [&](const lcm::Event& event) {
       return samples.add(event.channel, event.receive_us, event.payload);
     });
@@ -250,7 +250,7 @@ class LcmLog final : public MessageLog {
   using MessageLog::setup;
   Result<RecordingSetup> setup(const CameraChoice& /*choice*/) override {
     RecordingSetup setup;
-    setup.metadata["lcm"]["mbot_tag_latency_s"] = fmt::format("{}", to_seconds(options_.mbot_tag_latency));
+    setup.metadata["lcm"]["mbot_tag_latency_s"] = fmt::format("{}", to_seconds(options_.mbot_camera_latency));
     for (const LogProblem& problem : problems()) setup.problems.push_back(problem.error);
     return setup;
   }
@@ -275,8 +275,8 @@ class LcmLog final : public MessageLog {
     const std::uint64_t fingerprint = mbot::fingerprint_of(event.payload);
     const auto known = numbers_.find({std::string(event.channel), fingerprint});
     if (known != numbers_.end()) return known->second;
-    constexpr std::size_t kMostChannels = 4096;
-    if (channels_.size() >= kMostChannels) {
+    constexpr std::size_t kMaxChannels = 4096;
+    if (channels_.size() >= kMaxChannels) {
       opened_.damage("lcm.channels", [&] {
         return Error{ErrorCode::LimitExceeded,
                      "more channels than a robot has: the rest is passed over",

@@ -63,9 +63,10 @@ Status Samples::undecodable(std::string_view channel) {
 }
 
 SensorTime Samples::stamp(std::int64_t utime, std::int64_t receive_us) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
-  if (utime <= 0 || utime > kMost)
-    utime = std::clamp<std::int64_t>(receive_us, 0, kMost);  // the log notes it
+  constexpr std::int64_t kMaxMicroseconds =
+      std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
+  if (utime <= 0 || utime > kMaxMicroseconds)
+    utime = std::clamp<std::int64_t>(receive_us, 0, kMaxMicroseconds);  // the log notes it
   return SensorTime(Duration(utime * kNanosecondsPerMicrosecond));
 }
 
@@ -232,13 +233,13 @@ Conventions Survey::conventions() const {
 
 void Samples::note_tag_traps(const TagArray& array) {
   const std::uint64_t count = array.tags.size();
-  if (tag_latency_.count() != 0) {
+  if (camera_latency_.count() != 0) {
     problems_.trap("mbot.publish_stamps", [&] {
       return tag_words(
           fmt::format(
               "tags are stamped when they are published: {:.0f} ms are taken off for the middle of the "
               "exposure",
-              to_seconds(tag_latency_) * 1e3),
+              to_seconds(camera_latency_) * 1e3),
           "Measure it for another robot and say so: `tag_latency_s`.");
     });
   }
@@ -304,7 +305,7 @@ Status Samples::on_tags(std::string_view channel, std::int64_t receive_us, ByteS
   const auto array = decode<TagArray>(payload);
   if (!array) return undecodable(channel);
   note_tag_traps(*array);
-  TagPoseFrame frame{.stamp = stamp(array->utime, receive_us) - tag_latency_};
+  TagPoseFrame frame{.stamp = stamp(array->utime, receive_us) - camera_latency_};
   for (const Tag& tag : array->tags) {
     if (auto pose = seen(tag)) frame.tags.push_back(*std::move(pose));
   }

@@ -47,9 +47,9 @@ class Survey {
 /// Turns an MBot's messages into samples of the house, and notes every trap it steps around.
 class Samples {
  public:
-  Samples(const Conventions& conventions, Duration tag_latency, LogProblems& problems,
+  Samples(const Conventions& conventions, Duration camera_latency, LogProblems& problems,
           const MessageLog::SampleVisitor& visit)
-      : conventions_(conventions), tag_latency_(tag_latency), problems_(problems), visit_(visit) {}
+      : conventions_(conventions), camera_latency_(camera_latency), problems_(problems), visit_(visit) {}
 
   /// A message received at `receive_us`.
   Status add(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
@@ -72,7 +72,7 @@ class Samples {
   Status undecodable(std::string_view channel);
 
   Conventions conventions_;
-  Duration tag_latency_;
+  Duration camera_latency_;
   LogProblems& problems_;
   const MessageLog::SampleVisitor& visit_;
   std::optional<Odometry> odometry_{};  ///< waits for the speed with the same stamp

@@ -10,10 +10,10 @@
 namespace waymark::mcap {
 namespace {
 
-constexpr std::size_t kMostIds = std::numeric_limits<std::uint16_t>::max();
+constexpr std::size_t kMaxIds = std::numeric_limits<std::uint16_t>::max();
 
 tl::unexpected<Error> too_many(std::string_view what) {
-  return fail(ErrorCode::LimitExceeded, fmt::format("an MCAP file holds at most {} {}", kMostIds, what));
+  return fail(ErrorCode::LimitExceeded, fmt::format("an MCAP file holds at most {} {}", kMaxIds, what));
 }
 
 /// Opcode, length and fields of a chunk record up to its records.
@@ -90,7 +90,7 @@ Result<std::uint16_t> Writer::add_schema(const std::string& name, const std::str
     if (schema.name == name && schema.encoding == encoding && std::ranges::equal(schema.data, data))
       return id;
   }
-  if (index_.schemas.size() >= kMostIds) return too_many("schemas");
+  if (index_.schemas.size() >= kMaxIds) return too_many("schemas");
   const auto id = static_cast<std::uint16_t>(index_.schemas.size() + 1);
   index_.schemas[id] = {name, encoding, Bytes(data.begin(), data.end())};
   Status status = append_to_chunk(Schema{.id = id, .name = name, .encoding = encoding, .data = {data}});
@@ -105,7 +105,7 @@ Result<std::uint16_t> Writer::add_channel(const std::string& topic, std::uint16_
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("channel '{}' names schema {}, which was not added", topic, schema_id));
   }
-  if (index_.channels.size() >= kMostIds) return too_many("channels");
+  if (index_.channels.size() >= kMaxIds) return too_many("channels");
   const auto id = static_cast<std::uint16_t>(index_.channels.size() + 1);
   const Channel& channel = index_.channels[id] = {.id = id,
                                                   .schema_id = schema_id,

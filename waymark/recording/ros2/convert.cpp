@@ -384,12 +384,12 @@ Image to_ros(const CameraFrame& frame) {
 Result<CameraFrame> from_ros(const Image& message) {
   const Result<const PixelLayout*> layout = layout_of(message);
   if (!layout) return tl::unexpected(layout.error());
-  constexpr std::uint32_t kMostSide = 1U << 20U;
+  constexpr std::uint32_t kMaxSide = 1U << 20U;
   const std::uint64_t row = std::uint64_t{message.width} * static_cast<unsigned>((*layout)->bytes);
   const std::uint64_t needed =
       message.height == 0 ? 0 : std::uint64_t{message.step} * (message.height - 1) + row;
-  const bool sound = message.width > 0 && message.height > 0 && message.width <= kMostSide &&
-                     message.height <= kMostSide && message.step >= row && message.data.size() >= needed;
+  const bool sound = message.width > 0 && message.height > 0 && message.width <= kMaxSide &&
+                     message.height <= kMaxSide && message.step >= row && message.data.size() >= needed;
   if (!sound) {
     return fail(ErrorCode::Unreadable,
                 fmt::format("a picture of {} x {} px in {} with {} bytes a row and {} in all", message.width,

@@ -11,8 +11,8 @@ namespace {
 /// Two messages of one transform that differ by no more say the same.
 constexpr double kSame_m = 5e-4;
 constexpr double kSame_rad = 5e-4;
-constexpr std::size_t kMostLinks = 10'000;
-constexpr std::size_t kMostShown = 60;
+constexpr std::size_t kMaxLinks = 10'000;
+constexpr std::size_t kMaxShown = 60;
 
 bool same(const SE3& a, const SE3& b) {
   const SE3 between = a.inverse() * b;
@@ -30,7 +30,7 @@ void FrameTree::add(std::string_view parent_name, std::string_view child_name,
                     const std::optional<SE3>& parent_T_child) {
   const std::string parent = frame_name(parent_name);
   const std::string child = frame_name(child_name);
-  if (links_.size() >= kMostLinks && !links_.contains(child)) return;
+  if (links_.size() >= kMaxLinks && !links_.contains(child)) return;
   frames_.insert({parent, child});
   const auto [known, is_new] = links_.try_emplace(child, Link{parent, parent_T_child, false, {}});
   if (is_new) return;
@@ -82,7 +82,7 @@ std::string FrameTree::doubts_of(const Link& link) const {
 
 void FrameTree::write(const std::string& frame, int depth, std::set<std::string>& written,
                       std::string& out) const {
-  if (written.size() >= kMostShown || !written.insert(frame).second) return;
+  if (written.size() >= kMaxShown || !written.insert(frame).second) return;
   const Link* link = link_to(frame);
   const std::string doubts = link == nullptr ? "" : doubts_of(*link);
   out += fmt::format("\n  {:>{}}{}{}", "", 2 * std::min(depth, 20), frame.empty() ? "''" : frame,

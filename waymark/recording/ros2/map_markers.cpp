@@ -97,15 +97,15 @@ ros2::Marker line(const Route& route) {
 
 ros2::MarkerArray map_markers(const TagMap& map, const Route& route) {
   constexpr std::int32_t kDeleteAll = 3;
-  constexpr std::size_t kMostPrinted = 300;
+  constexpr std::size_t kMaxPrinted = 300;
   ros2::MarkerArray all;
   all.markers.push_back(marker("", 0, ros2::Marker::kArrow));
   all.markers.back().action = kDeleteAll;
   std::int32_t number = 0;
   for (const auto& [id, tag] : map.tags) {
-    all.markers.push_back(map.tags.size() > kMostPrinted ? blank(tag, number) : printed(id, tag, number));
+    all.markers.push_back(map.tags.size() > kMaxPrinted ? blank(tag, number) : printed(id, tag, number));
     all.markers.push_back(label(id, tag, number));
-    if (tag.covariance && map.tags.size() <= kMostPrinted) all.markers.push_back(ellipsoid(tag, number));
+    if (tag.covariance && map.tags.size() <= kMaxPrinted) all.markers.push_back(ellipsoid(tag, number));
     ++number;
   }
   if (!route.points.empty()) all.markers.push_back(line(route));

@@ -56,9 +56,9 @@ fs::path texture_of(const aiScene& scene, const fs::path& mesh) {
 }  // namespace
 
 Result<MeshSurface> read_mesh(const fs::path& file, const Eigen::Vector3d& scale) {
-  constexpr std::uintmax_t kMostBytes = 256U << 20U;
+  constexpr std::uintmax_t kMaxBytes = 256U << 20U;
   std::error_code error;
-  if (fs::file_size(file, error) > kMostBytes || error)
+  if (fs::file_size(file, error) > kMaxBytes || error)
     return fail(ErrorCode::LimitExceeded, "the mesh is no file of 256 MiB or less",
                 {.source = file.string()});
   Assimp::Importer importer;
@@ -70,9 +70,9 @@ Result<MeshSurface> read_mesh(const fs::path& file, const Eigen::Vector3d& scale
   MeshSurface surface{.least_m = Eigen::Vector3d::Constant(kFar), .most_m = Eigen::Vector3d::Constant(-kFar)};
   std::size_t faces = 0;
   for (const aiMesh* mesh : std::span(scene->mMeshes, scene->mNumMeshes)) {
-    constexpr std::size_t kMostFaces = 1'000'000;
+    constexpr std::size_t kMaxFaces = 1'000'000;
     faces += mesh->mNumFaces;
-    if (faces > kMostFaces)
+    if (faces > kMaxFaces)
       return fail(ErrorCode::LimitExceeded, "the mesh has more than a million faces",
                   {.source = file.string()});
     add_triangles(*mesh, scale, surface);

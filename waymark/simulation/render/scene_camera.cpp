@@ -13,9 +13,9 @@
 namespace waymark {
 namespace {
 
-constexpr std::int64_t kMostPixels = 100'000'000;
-constexpr double kMostMoments = 64;      // beyond 32 px of blur no tag is read: stripes do no harm
-constexpr double kMostLensPoints = 256;  // discs beyond 10 px show dots
+constexpr std::int64_t kMaxPixels = 100'000'000;
+constexpr double kMaxMoments = 64;      // beyond 32 px of blur no tag is read: stripes do no harm
+constexpr double kMaxLensPoints = 256;  // discs beyond 10 px show dots
 
 double exposure_s(const SceneCameraOptions& options) { return options.exposure_ms * 1e-3; }
 
@@ -68,8 +68,8 @@ int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, 
   const double way = std::max(most.way_px, turn * parts.rays->px_per_rad());
   const double points =
       most.disc_px > 0 ? 1 + kPointsPerPx * std::numbers::pi / 4 * most.disc_px * most.disc_px : 1;
-  const double moments = std::clamp(std::ceil(way / parts.options.blur_step_px), 1.0, kMostMoments);
-  return static_cast<int>(std::max(moments, std::clamp(std::ceil(points), 1.0, kMostLensPoints)));
+  const double moments = std::clamp(std::ceil(way / parts.options.blur_step_px), 1.0, kMaxMoments);
+  return static_cast<int>(std::max(moments, std::clamp(std::ceil(points), 1.0, kMaxLensPoints)));
 }
 
 /// Moments evenly spread over the exposure, with the mean and the variance of all of it (without the factor
@@ -137,9 +137,9 @@ double half_view_rad(const render::RayTable& rays) {
 Result<SceneCamera> SceneCamera::make(Scene scene, const CameraModel& model,
                                       const SceneCameraOptions& options) {
   if (Status ranges = check_ranges(options); !ranges) return tl::unexpected(ranges.error());
-  if (std::int64_t{model.width_px()} * model.height_px() > kMostPixels) {
+  if (std::int64_t{model.width_px()} * model.height_px() > kMaxPixels) {
     return fail(ErrorCode::LimitExceeded, fmt::format("a picture of {} x {} px, more than {} pixels",
-                                                      model.width_px(), model.height_px(), kMostPixels));
+                                                      model.width_px(), model.height_px(), kMaxPixels));
   }
   auto parts = std::make_shared<Parts>(Parts{.scene = std::move(scene), .model = model, .options = options});
   if (Status good = prepare_scene(*parts); !good) return tl::unexpected(good.error());

@@ -16,7 +16,7 @@ namespace waymark::render {
 namespace {
 
 constexpr float kFarAway = 1e-6F;
-constexpr std::size_t kMostColumns = PatternGrid::kMostCells + 6;
+constexpr std::size_t kMaxColumns = PatternGrid::kMaxCells + 6;
 
 /// A corner of a piece of the pixel: where in the pixel, and on the plane.
 struct Vertex {
@@ -147,7 +147,7 @@ class PastLines {
   }
 
  private:
-  using Areas = std::array<float, kMostColumns>;
+  using Areas = std::array<float, kMaxColumns>;
 
   void cut_at_column(int column) {
     const float line = grid_.column_line(column);
@@ -188,7 +188,7 @@ class PastLines {
 }  // namespace
 
 PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4], const CellSpan& span) {
-  assert(grid.cells <= PatternGrid::kMostCells);
+  assert(grid.cells <= PatternGrid::kMaxCells);
   const int columns = span.column_high - span.column_low;
   const int rows = span.row_high - span.row_low;
   if (columns + rows > 1) return PastLines(grid, corners, span).sum();

@@ -17,11 +17,11 @@ namespace waymark::render {
 /// its units are arbitrary. Lines 0 .. lines() - 1 of either direction part columns (rows) 0 .. lines(); the
 /// first and the last of them are outside.
 struct PatternGrid {
-  int cells = 0;  ///< in a row; at most kMostCells
+  int cells = 0;  ///< in a row; at most kMaxCells
   float left = 0, right = 0, top = 0, bottom = 0;
   std::vector<float> levels;  ///< reflectance of row r, column c at r * (lines() + 1) + c; outside 0
 
-  static constexpr int kMostCells = 16;
+  static constexpr int kMaxCells = 16;
 
   [[nodiscard]] int lines() const { return cells > 0 ? cells + 3 : 2; }
   [[nodiscard]] float column_line(int k) const {

@@ -16,6 +16,7 @@ namespace waymark {
 struct SimulatedRobotOptions {
   std::uint64_t seed = 1;
   double camera_rate_hz = 15;
+  /// An arrival delay: the stamp is exact, the frame is delivered later. The name is that of the YAML key.
   double camera_latency_s = 0;
   double odometry_rate_hz = 50;
   double imu_rate_hz = 100;

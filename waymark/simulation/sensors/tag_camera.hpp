@@ -45,7 +45,7 @@ struct Screen {
 
 /// A camera and detector in one: corners with noise instead of pictures.
 struct TagCameraOptions {
-  double corner_sigma_px = 0.1;
+  double corner_sigma_px = 0.1;  ///< no weight: the noise that is drawn and added to true corners
   double small_tag_sigma_px = 2.0;
   double miss_probability = 0.02;
   double max_range_m = 4.0;

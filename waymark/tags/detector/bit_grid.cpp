@@ -96,8 +96,8 @@ Quad with_side_moved(const Quad& quad, std::size_t side, float by_cells, int wid
 
 MisplacedSides BitGrid::misplaced_sides(const ImageView& image, const Quad& quad,
                                         const ReadableFamily& family, bool inverted) {
-  constexpr float kLeast = -0.6F;
-  constexpr float kMost = 2.0F;
+  constexpr float kMinMissing = -0.6F;
+  constexpr float kMaxMissing = 2.0F;
   constexpr float kStep = 0.1F;
   constexpr float kInPlace = 0.15F;
   constexpr float kBetter = 1.15F;
@@ -117,7 +117,7 @@ MisplacedSides BitGrid::misplaced_sides(const ImageView& image, const Quad& quad
     changes_across(CellView(image, px_H_cell, sign_of(family, inverted)), family.width,
                    static_cast<int>(axis), profile_);
     const bool far = side == 1 || side == 2;
-    for (float missing = kLeast; missing < kMost; missing += kStep) {
+    for (float missing = kMinMissing; missing < kMaxMissing; missing += kStep) {
       const float fit = fit_of(profile_, family.width, missing, far) - as_it_is.at(axis);
       if (fit > best.fit) best = {best.quad, side, missing, fit};
     }

@@ -294,9 +294,9 @@ std::size_t keep_majority(CrossingPoints& points, std::size_t count, double near
 
 std::size_t find_crossings(const ImageView& image, const Course& course, const EdgeSearch& search,
                            CrossingPoints& points) {
-  constexpr float kTrim = 0.12F;              // of the edge at each end, where the corner is round
-  constexpr std::int64_t kMostWeight = 4000;  // of one crossing: a glint must not outweigh the edge
-  constexpr std::int64_t kLeastWeight = 9;    // a step of 3 grey levels
+  constexpr float kTrim = 0.12F;             // of the edge at each end, where the corner is round
+  constexpr std::int64_t kMaxWeight = 4000;  // of one crossing: a glint must not outweigh the edge
+  constexpr std::int64_t kLeastWeight = 9;   // a step of 3 grey levels
   const float trim = std::max(0.5F, kTrim * course.length);
   int first = static_cast<int>(std::ceil(course.from + trim - 0.5F));
   int last = static_cast<int>(std::floor(course.from + course.length - trim - 0.5F));
@@ -320,7 +320,7 @@ std::size_t find_crossings(const ImageView& image, const Course& course, const E
     const Crossing found = crossing(pixel, stride, high - low, course.outward * search.sign);
     if (found.weight < kLeastWeight) continue;
     const double place = low + static_cast<double>(found.place) / static_cast<double>(found.weight);
-    points[count++] = {static_cast<double>(std::min(found.weight, kMostWeight)), t + 0.5, place};
+    points[count++] = {static_cast<double>(std::min(found.weight, kMaxWeight)), t + 0.5, place};
   }
   return count;
 }

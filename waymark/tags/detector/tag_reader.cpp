@@ -14,12 +14,12 @@ namespace waymark::search {
 CodeIndex::CodeIndex(const Family& family, int max_distance)
     : codes_(family.codes), max_distance_(max_distance) {
   assert(max_distance >= 0 && max_distance <= 3);
-  constexpr unsigned kMostBits = 16;  // of a piece: what is beyond is not looked at
+  constexpr unsigned kMaxBits = 16;  // of a piece: what is beyond is not looked at
   const auto bits = static_cast<unsigned>(family.bits.size());
   const unsigned count = static_cast<unsigned>(max_distance) + 1;
   for (unsigned i = 0; i < count; ++i) {
     const unsigned begin = bits * i / count;
-    const unsigned width = std::min(bits * (i + 1) / count - begin, kMostBits);
+    const unsigned width = std::min(bits * (i + 1) / count - begin, kMaxBits);
     Piece piece;
     piece.shift = begin;
     piece.mask = (std::uint64_t{1} << width) - 1;
@@ -78,13 +78,13 @@ bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
 
 namespace {
 
-constexpr std::size_t kMostCells = 80;  // around a border of 19 cells
-constexpr std::size_t kLeastArc = 3;    // cells
+constexpr std::size_t kMaxCells = 80;  // around a border of 19 cells
+constexpr std::size_t kLeastArc = 3;   // cells
 
 /// The cells around the border, clockwise.
 struct Ring {
-  std::array<Eigen::Vector2i, kMostCells> cell;
-  std::array<float, kMostCells + 1> sum{}, squares{};  ///< of the levels before a cell
+  std::array<Eigen::Vector2i, kMaxCells> cell;
+  std::array<float, kMaxCells + 1> sum{}, squares{};  ///< of the levels before a cell
   std::size_t count = 0;
 
   explicit Ring(const CellLevels& cells) {
@@ -179,7 +179,7 @@ std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_co
   constexpr float kExplained = 0.4F;  // what is left of the sum of squares, at most
   constexpr float kLeastLength = 2;   // cells between the ends of the edge
   const int around = 4 * (cells.width + 1);
-  if (cells.width < 2 || static_cast<std::size_t>(around) > kMostCells) return std::nullopt;
+  if (cells.width < 2 || static_cast<std::size_t>(around) > kMaxCells) return std::nullopt;
   const Ring ring(cells);
   const std::optional<Arcs> arcs = best_arcs(ring);
   const auto n = static_cast<float>(ring.count);
@@ -528,7 +528,7 @@ std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFa
 std::optional<TagDetection> TagReader::decode_known(const Quad& quad, const ReadableFamily& family,
                                                     const Levels& levels) {
   constexpr std::array<float, 2> kSharpening = {0.25F, 0.8F};
-  constexpr int kMostWrong = 4;
+  constexpr int kMaxWrong = 4;
   constexpr float kTurns = 4;
   // By evidence_bits() bits at random pass in at most one of 2^14 quads with a border, whatever the number of
   // hypotheses. That is a bound: where all levels are sure, two wrong bits are left of 36 and 44 known tags,
@@ -544,7 +544,7 @@ std::optional<TagDetection> TagReader::decode_known(const Quad& quad, const Read
       const std::uint64_t code = code_of(family, turn);
       for (const int number : family.known) {
         const std::uint64_t wrong = code ^ waymark::family(family.id).codes[static_cast<std::size_t>(number)];
-        if (std::popcount(wrong) > kMostWrong) continue;
+        if (std::popcount(wrong) > kMaxWrong) continue;
         const float evidence = evidence_bits(distances_, family.cells[turn], wrong);
         float margin = 0;
         (void)believable(family, turn, wrong, ~std::uint64_t{0}, margin);

@@ -113,11 +113,11 @@ bool TagSearch::worth_a_look(const ImageView& image, const Component& component)
   constexpr double kBoxShare = 0.12;
   constexpr int kFrame = 3;           // px along the frame
   constexpr double kRunsARow = 1.25;  // a frame has two or more in most rows, a spot has one
-  constexpr double kMostRunsARow = 5;
+  constexpr double kMaxRunsARow = 5;
   const int width = component.x1 - component.x0;
   const int height = component.y1 - component.y0;
   if (width < 5 || height < 5 || width + height < 2 * least_width_) return false;
-  if (component.run_count < kRunsARow * height || component.run_count > kMostRunsARow * height) return false;
+  if (component.run_count < kRunsARow * height || component.run_count > kMaxRunsARow * height) return false;
   if (component.area < std::min(kBoxShare * width * height, 1.0 * kFrame * (width + height))) return false;
   return width < 0.95 * image.width || height < 0.95 * image.height;
 }

@@ -114,13 +114,13 @@ double farthest_px(const Quad& a, const Quad& b) {
 std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options, const CameraModel* camera) {
   constexpr int kMaxPasses = 6;
-  constexpr double kMostResidual = 0.04;  // of the step: under gloss that lies over bits, too, it is larger
-  constexpr double kMostCells = 0.4;      // half a cell further other bits would be read
+  constexpr double kMaxResidual = 0.04;  // of the step: under gloss that lies over bits, too, it is larger
+  constexpr double kMaxCells = 0.4;      // half a cell further other bits would be read
   const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
   constexpr int kLeastCells = 6;  // with the border: three rows of three bits are too few for so many numbers
   if (family(detection.tag.family).width_at_border < kLeastCells) return std::nullopt;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
-  const double farthest = std::max(options.max_shift_px, kMostCells * cell_px);
+  const double farthest = std::max(options.max_shift_px, kMaxCells * cell_px);
   InnerPixels pixels;
   TagDetection at = detection;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
@@ -136,7 +136,7 @@ std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDet
     const Matrix8 covariance = covariance_of(*look, J);
     // Each look takes other pixels of a large tag: the corners settle within their own deviation.
     if ((moved.array().square() > covariance.diagonal().array()).any()) continue;
-    if (residual > kMostResidual) return std::nullopt;
+    if (residual > kMaxResidual) return std::nullopt;
     return RefinedCorners{.outcome = RefinementOutcome::Refined,
                           .corners_px = at.corners_px,
                           .covariance_px2 = covariance,

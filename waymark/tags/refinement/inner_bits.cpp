@@ -167,7 +167,7 @@ void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& 
   pixels.count = 0;
   each_pixel(tag, cells, most, [&](int x, int y) {
     if (x < 0 || y < 0 || x >= image.width || y >= image.height) return;
-    if (pixels.count == InnerPixels::kMostBlocks * kLanes) return;
+    if (pixels.count == InnerPixels::kMaxBlocks * kLanes) return;
     const Vector2d px(x + 0.5, y + 0.5);
     Place place = locate(cell_H_px, px);
     const auto inside = [&](double c) { return c > kRimCells && c < cells - kRimCells; };
@@ -465,7 +465,7 @@ InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double no
   constexpr int kMaxIterations = 3;
   constexpr int kMoreIterations = 8;  // of a growth that is large: an overexposed print
   constexpr double kSlowGrowth = 0.3;
-  constexpr double kMostGrowth = 2.5;
+  constexpr double kMaxGrowth = 2.5;
   constexpr double kSettledBlurs = 0.02;
   constexpr double kQuantisation = 1.0 / 12.0;
   constexpr double kPriorPixels = 20;
@@ -479,7 +479,7 @@ InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double no
     fit.belief = gauss_newton<Unknowns>(fit.sums, fit.variance, prior, prior.precision(), x);
     for (const InnerUnknown blur : {kBlurS, kBlurT})
       x[blur] = std::clamp(x[blur], prior.mean[blur] - 0.5, prior.mean[blur] + 0.5);
-    x[kGrowth] = std::clamp(x[kGrowth], -kMostGrowth, kMostGrowth);
+    x[kGrowth] = std::clamp(x[kGrowth], -kMaxGrowth, kMaxGrowth);
     if (i > 0 && std::abs(x[kGrowth] - fit.at[kGrowth]) < kSettledBlurs) break;
   }
   return fit;

@@ -17,7 +17,7 @@ namespace waymark::refinement {
 struct InnerPixels {
   static constexpr int kFew = 200;   ///< enough to correct edges that the border has placed
   static constexpr int kMany = 800;  ///< to place them without the border
-  static constexpr int kMostBlocks = 2 * kMany / kLanes;
+  static constexpr int kMaxBlocks = 2 * kMany / kLanes;
 
   struct Block {
     Lanes value;   ///< grey level in even light
@@ -29,7 +29,7 @@ struct InnerPixels {
     std::array<std::array<Lanes, 3>, 2> place;  ///< where those lines lie, -1 to 1
     std::array<std::array<Lanes, 4>, 4> white;  ///< rows by columns: share of white of the cells around them
   };
-  std::array<Block, kMostBlocks> block;
+  std::array<Block, kMaxBlocks> block;
   int count = 0;  ///< pixels
 
   [[nodiscard]] std::size_t blocks() const { return static_cast<std::size_t>((count + kLanes - 1) / kLanes); }
