@@ -15,12 +15,12 @@ Result<CalibrationTarget> usable_target(const TargetOptions& target, const Camer
 
 ExitCode fail_before_reading(const Error& error, Console& console) {
   const bool of_command_line = error.code == ErrorCode::InvalidArgument && error.place.source.empty();
-  return console.failed(naming_flag(error), of_command_line ? ExitCode::Usage : ExitCode::SomeFailed);
+  return console.failed(error, of_command_line ? ExitCode::Usage : ExitCode::SomeFailed);
 }
 
 ExitCode print_and_write(const Result<CalibrateCameraReport>& report, const CameraFitJob& fit, bool json,
                          Console& console) {
-  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(json ? json_line(to_json(*report)) : to_text(*report));
   const Status written = write_camera_calibration(fit, *report);
   return written ? ExitCode::Ok : console.failed(written.error(), ExitCode::SomeFailed);

@@ -218,8 +218,7 @@ ExitCode Console::finish(ExitCode code) {
 }
 
 Error naming_flag(Error error, const HasFlag& has_flag) {
-  const bool in_file = !error.place.source.empty() && error.place.key != "output";  // where the source is the output
-  if (in_file || error.place.key.empty() || !has_flag) return error;
+  if (!error.place.source.empty() || error.place.key.empty() || !has_flag) return error;
   if (std::string flag = flag_name(error.place.key); has_flag(flag)) error.place.key = std::move(flag);
   return error;
 }

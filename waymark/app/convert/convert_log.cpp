@@ -66,7 +66,7 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   if (chosen.to <= chosen.from || (end && chosen.from > *end))
     return fail(
         ErrorCode::InvalidArgument, "no time is left between `from` and `to`, or the recording ended before",
-        {.source = job.inputs.front(), .key = "from"}, "`waymark info` shows when it begins and ends.");
+        {.source = job.inputs.front(), .key = "`from`"}, "`waymark info` shows when it begins and ends.");
   return options;
 }
 

@@ -125,12 +125,6 @@ void say_problems(const std::vector<LogProblem>& problems, Console& console) {
   console.say_first(lines, "--json gives all");
 }
 
-/// A moment is given on the command line, and is one of a file.
-Error with_flag_of_moment(Error error) {
-  if (error.place.key == "from") error.place.key = "--from";
-  return error;
-}
-
 ExitCode convert(const ConvertArgs& args, Console& console) {
   const ConvertJob job = described_convert(args);
   if (job.inputs.size() == 1 && is_camera_address(args.first))
@@ -138,8 +132,8 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   if (job.inputs.size() == 1 && looks_like_video(args.first))
     return args.video.convert(args.first, job.output, args.json, console);
   if (const Status unused = args.video.check_unused(); !unused) return fail_usage(unused.error(), console);
-  Result<ConvertReport> report = convert_log(job, control_from(console));
-  if (!report) return fail_by_kind(with_flag_of_moment(std::move(report.error())), console);
+  const Result<ConvertReport> report = convert_log(job, control_from(console));
+  if (!report) return fail_by_kind(report.error(), console);
   console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
   if (!args.json) say_problems(report->exported.problems, console);
   return ExitCode::Ok;

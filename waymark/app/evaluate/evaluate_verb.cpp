@@ -37,7 +37,7 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   if (usable = check_effects(job, &inputs->reference, given); !usable)
     return fail_usage(usable.error(), console);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
-  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
     console.say("warning: " + doubt);

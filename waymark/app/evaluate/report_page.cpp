@@ -580,7 +580,7 @@ Status check_output(const fs::path& output, bool force) {
   const std::string suffix = output.extension().string();
   if (suffix != ".html" && suffix != ".htm")
     return fail(ErrorCode::InvalidArgument, "a report is a page: its name ends with .html",
-                {.source = output.string(), .key = "output"});
+                {.source = output.string(), .key = "`output`"});
   std::error_code ignored;
   if (!force && fs::is_regular_file(output, ignored)) {
     std::string head(4096, '\0');

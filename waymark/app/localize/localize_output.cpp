@@ -57,7 +57,7 @@ Status check_localize_output(const std::string& output) {
   if (output.empty() || ending_of(output) == ".mcap") return {};
   return fail(
       ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
-      {.source = output, .key = "output"},
+      {.source = output, .key = "`output`"},
       "End it with .mcap (a recording: poses with covariances, observations, odometry) or with .txt or .tum "
       "(poses, one a line).");
 }

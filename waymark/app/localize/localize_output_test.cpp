@@ -109,7 +109,7 @@ TEST_F(Output, WhatCannotBeWrittenIsSaidAtTheStart) {
   EXPECT_EQ(test::file_text(folder_ / "there.txt"), "older");
   const auto nameless = open("estimate.bin");
   ASSERT_FALSE(nameless);
-  EXPECT_EQ(nameless.error().place.key, "output");
+  EXPECT_EQ(nameless.error().place.key, "`output`");
   EXPECT_FALSE(check_localize_output("/nowhere/poses.txt"));
   EXPECT_TRUE(check_localize_output("")) << "no output is asked for";
   EXPECT_TRUE(open(""));

@@ -18,7 +18,7 @@ Error refused(const LocalizeRobotJob& job) {
 TEST(LocalizeRobot, ValuesThatContradictEachOtherAreRefusedBeforeTheRobotStarts) {
   EXPECT_EQ(refused({.robot = "process:true", .images = "jpeg"}).place.key, "record_images");
   EXPECT_EQ(refused({.robot = "process:true", .pictures = {.in_strips = true}}).place.key, "search_strips");
-  EXPECT_EQ(refused({.robot = "process:true", .output = "estimate.xyz"}).place.key, "output");
+  EXPECT_EQ(refused({.robot = "process:true", .output = "estimate.xyz"}).place.key, "`output`");
   const Error late = refused({.robot = "process:true", .method = LocalizationKind::Smoother});
   EXPECT_EQ(late.place.key, "lag_s") << "a smoother without a delay would never be done";
 }

@@ -148,7 +148,7 @@ ExitCode map_lap(const MapLapArgs& args, Console& console) {
     job->finder = &*finder;
   }
   const Result<MapReport> report = map_recording(*job, control_from(console));
-  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);
   return ExitCode::Ok;

@@ -90,7 +90,7 @@ TEST_F(MapLap, WhatTheRecordingDoesNotSayHasToBeGiven) {
   ASSERT_FALSE(without);
   EXPECT_EQ(without.error().code, ErrorCode::NotFound);
   EXPECT_EQ(without.error().place.source, file);
-  EXPECT_THAT(without.error().hint, HasSubstr("--tag-size-m"));
+  EXPECT_THAT(without.error().hint, HasSubstr("`tag_size_m`"));
   EXPECT_FALSE(fs::exists(folder_)) << "nothing is left of it";
   MapJob job{.lap = file, .folder = folder_};
   job.overrides.tag_size_m = 0.16;

@@ -148,8 +148,8 @@ class SimulatedProcess {
 
 }  // namespace
 
-Status run_process_robot_sim(Plant& plant, const SimulatedSetup& setup,
-                             const ProcessSimOptions& options, const JobControl& control) {
+Status run_process_robot_sim(Plant& plant, const SimulatedSetup& setup, const ProcessSimOptions& options,
+                             const JobControl& control) {
   never_wait(STDIN_FILENO);
   return SimulatedProcess(plant, setup.model.name, setup.pictures.has_value(), options, control).run();
 }

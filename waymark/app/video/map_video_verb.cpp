@@ -137,7 +137,7 @@ ExitCode map_video_tags(const MapVideoArgs& args, Console& console) {
     const Error& error = report.error();
     const bool misused =
         error.code == ErrorCode::InvalidArgument && error.place.source.empty() && !error.place.key.empty();
-    return console.failed(naming_flag(error), misused ? ExitCode::Usage : ExitCode::SomeFailed);
+    return console.failed(error, misused ? ExitCode::Usage : ExitCode::SomeFailed);
   }
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);

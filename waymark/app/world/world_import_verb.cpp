@@ -8,7 +8,7 @@ using ImportArgs = JobArgs<ImportWorldJob>;
 
 ExitCode import_sdf(const ImportArgs& args, Console& console) {
   const auto report = import_world(args.job, control_from(console));
-  if (!report) return console.failed(naming_flag(report.error()), ExitCode::SomeFailed);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.warn(report->warnings);
   const std::string file = args.job.output.string();
   console.print(args.json ? json_line(to_json(*report, file)) : to_text(*report, file));
