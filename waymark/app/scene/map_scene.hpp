@@ -37,10 +37,12 @@ struct MapSceneJob {
           JobField("free_intrinsics",
                    "Cameras are adjusted too: focal lengths and principal point within 1 % (standard "
                    "deviation) of what is given, distortion k within 0.05 and p within 0.005"));
-    visit(self.against,
-          JobField("against FOLDER",
-                   "Another solution (ref_static.csv, ref_trajectory.csv): both are about its frames and "
-                   "tags, and its cost is printed"));
+    visit(
+        self.against,
+        JobField(
+            "against FOLDER",
+            "Folder of another solution (ref_static.csv, ref_trajectory.csv): both are about its frames and "
+            "tags, and its cost is printed"));
   }
 };
 
