@@ -262,7 +262,7 @@ RecordingProfile RecordingProfiler::profile() const {
 
 namespace {
 
-constexpr Duration kMaxGap = std::chrono::milliseconds(500);
+constexpr Duration kMaxPoseGap = std::chrono::milliseconds(500);
 
 /// Integral of the commanded yaw rate between two moments; each command holds until the next.
 double commanded_rad(const std::vector<StampedCommand>& commands, std::size_t& at, SensorTime from,
@@ -293,8 +293,8 @@ std::optional<double> turn_response(const std::vector<StampedCommand>& commands,
   for (SensorTime from = std::max(trajectory.front().stamp, commands.front().stamp + delay);
        from + kWindow <= trajectory.back().stamp; from += kWindow) {
     const double asked_rad = commanded_rad(commands, at, from - delay, from + kWindow - delay);
-    const auto begin = pose_at(trajectory, from, kMaxGap);
-    const auto end = pose_at(trajectory, from + kWindow, kMaxGap);
+    const auto begin = pose_at(trajectory, from, kMaxPoseGap);
+    const auto end = pose_at(trajectory, from + kWindow, kMaxPoseGap);
     if (!begin || !end) continue;
     product += asked_rad * project_to_plane(begin->inverse() * *end).yaw();
     square += asked_rad * asked_rad;
@@ -309,7 +309,7 @@ std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames
   constexpr std::size_t kFewestObservations = 50;
   std::vector<double> distances_m;
   for (const TagFrame& frame : frames) {
-    const auto map_T_base = pose_at(trajectory, frame.stamp, kMaxGap);
+    const auto map_T_base = pose_at(trajectory, frame.stamp, kMaxPoseGap);
     if (!map_T_base) continue;
     const Eigen::Vector3d eye = (*map_T_base * base_T_cam).translation();
     for (const TagDetection& seen : frame.detections) {

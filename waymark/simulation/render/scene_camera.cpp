@@ -13,7 +13,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::int64_t kMaxPixels = 100'000'000;
+constexpr std::int64_t kMaxImagePixels = 100'000'000;
 constexpr double kMaxMoments = 64;      // beyond 32 px of blur no tag is read: stripes do no harm
 constexpr double kMaxLensPoints = 256;  // discs beyond 10 px show dots
 
@@ -137,9 +137,9 @@ double half_view_rad(const render::RayTable& rays) {
 Result<SceneCamera> SceneCamera::make(Scene scene, const CameraModel& model,
                                       const SceneCameraOptions& options) {
   if (Status ranges = check_ranges(options); !ranges) return tl::unexpected(ranges.error());
-  if (std::int64_t{model.width_px()} * model.height_px() > kMaxPixels) {
+  if (std::int64_t{model.width_px()} * model.height_px() > kMaxImagePixels) {
     return fail(ErrorCode::LimitExceeded, fmt::format("a picture of {} x {} px, more than {} pixels",
-                                                      model.width_px(), model.height_px(), kMaxPixels));
+                                                      model.width_px(), model.height_px(), kMaxImagePixels));
   }
   auto parts = std::make_shared<Parts>(Parts{.scene = std::move(scene), .model = model, .options = options});
   if (Status good = prepare_scene(*parts); !good) return tl::unexpected(good.error());

@@ -78,13 +78,13 @@ bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
 
 namespace {
 
-constexpr std::size_t kMaxCells = 80;  // around a border of 19 cells
-constexpr std::size_t kLeastArc = 3;   // cells
+constexpr std::size_t kMaxRingCells = 80;  // around a border of 19 cells
+constexpr std::size_t kLeastArc = 3;       // cells
 
 /// The cells around the border, clockwise.
 struct Ring {
-  std::array<Eigen::Vector2i, kMaxCells> cell;
-  std::array<float, kMaxCells + 1> sum{}, squares{};  ///< of the levels before a cell
+  std::array<Eigen::Vector2i, kMaxRingCells> cell;
+  std::array<float, kMaxRingCells + 1> sum{}, squares{};  ///< of the levels before a cell
   std::size_t count = 0;
 
   explicit Ring(const CellLevels& cells) {
@@ -179,7 +179,7 @@ std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_co
   constexpr float kExplained = 0.4F;  // what is left of the sum of squares, at most
   constexpr float kLeastLength = 2;   // cells between the ends of the edge
   const int around = 4 * (cells.width + 1);
-  if (cells.width < 2 || static_cast<std::size_t>(around) > kMaxCells) return std::nullopt;
+  if (cells.width < 2 || static_cast<std::size_t>(around) > kMaxRingCells) return std::nullopt;
   const Ring ring(cells);
   const std::optional<Arcs> arcs = best_arcs(ring);
   const auto n = static_cast<float>(ring.count);
