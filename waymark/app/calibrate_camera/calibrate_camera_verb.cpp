@@ -40,7 +40,7 @@ Status check(const CalibrateCameraArgs& args) {
   return refused.status();
 }
 
-ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
+ExitCode calibrate_by_images(const CalibrateCameraArgs& args, Console& console) {
   CalibrateCameraJob job = args.job;
   Status usable = args.fitting.apply(job.fit.options);
   if (usable) usable = args.views.apply(job.views);
@@ -87,7 +87,7 @@ Examples:
     --dictionary 5x5_1000 -o calibration.yaml
   waymark detect photograph.png --camera calibration.yaml --tag-size-m 0.16
 )",
-      .prepare = prepared(calibrate),
+      .prepare = prepared(calibrate_by_images),
       .usual_verb = verb_meant_by};
 }
 

@@ -28,7 +28,7 @@ struct CalibrateGuidedArgs {
   DetectorFlags detector;
 };
 
-ExitCode calibrate(const CalibrateGuidedArgs& args, Console& console) {
+ExitCode calibrate_by_guide(const CalibrateGuidedArgs& args, Console& console) {
   CalibrateGuidedJob job = args.job;
   Status usable = args.fitting.apply(job.fit.options);
   if (usable) usable = args.guide.apply(job.guide);
@@ -65,7 +65,7 @@ Examples:
   waymark calibrate guided v4l2:/dev/video0 --cols 6 --rows 5 --tag-size-m 0.025 --resume views --view -o calibration.yaml
   waymark calibrate guided board.mp4 --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
 )",
-      .prepare = prepared(calibrate)};
+      .prepare = prepared(calibrate_by_guide)};
 }
 
 }  // namespace waymark::cli
