@@ -112,7 +112,7 @@ class Refused(InFolder):
         for line, verb in (
                 ("lap.mcap --map map", "log"), ("--map map", "log"), ("--json lap.mcap --map map", "log"), ("lap.mcap --robot limo --map map", "log"),
                 ("lap.mcap --map walk.mp4", "log"), ("lap.mcap --map map --camera camera.yaml", "log"), ("tags.csv --map map", "log"),
-                ("--start 1 2 3 lap.mcap --camera camera.yaml", "log"), ("--robot ros2:limo --map map", "robot"),
+                ("lap.mcap --start 1 2 3 --camera camera.yaml", "log"), ("--robot ros2:limo --map map", "robot"),
                 ("--robot=mbot: --map map", "robot"), ("--robot mbot: --camera-source v4l2:/dev/video0", "robot"),
                 ("v4l2:/dev/video0 --map map", "camera"), ("--json gstreamer:libcamerasrc --map map", "camera"), ("walk.mp4 --map map", "video"),
                 ("--json walk.mp4 --map map", "video"), ("tags.csv --map map --camera camera.yaml", "video"), ("log lap.mcap", "log"),
