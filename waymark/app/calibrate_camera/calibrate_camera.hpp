@@ -78,9 +78,9 @@ struct CameraFitJob {
             .one_of("auto,none,radtan4,radtan5,rational8,equidistant"));
     visit(self.output, JobField("output FILE",
                                 "Calibration to write: ours (.yaml, with the standard deviations), "
-                                "PhotonVision's (.json), or as --format says"));
+                                "PhotonVision's (.json), or as `format` says"));
     visit(self.format, JobField("format NAME",
-                                "Format of --output: waymark, ros (camera_info), kalibr (camchain), "
+                                "Format of `output`: waymark, ros (camera_info), kalibr (camchain), "
                                 "photonvision (JSON, with all corners) or opencv (YAML of FileStorage)")
                            .one_of("waymark,ros,kalibr,photonvision,opencv"));
     visit(self.camera_info,
@@ -105,10 +105,11 @@ struct CalibrateCameraJob {
     visit(self.sources, JobField("sources SOURCE",
                                  "Pictures of the board: files, folders, quoted patterns, recordings, videos")
                             .input());
-    visit(self.detections, JobField("detections FILE",
-                                    "Use this output of `waymark detect --json --covariance` instead of "
-                                    "pictures; - is standard input")
-                               .less());
+    visit(self.detections,
+          JobField("detections FILE",
+                   "Use this output of `waymark detect json=true covariance=true` instead of "
+                   "pictures; - is standard input")
+              .less());
     visit(self.recursive, JobField("recursive", "Search folders for pictures recursively").less());
     TargetOptions::fields(self.target, visit);
     CameraFitJob::fields(self.fit, visit);

@@ -36,7 +36,7 @@ struct TargetOptions {
   template <class Self, class Visitor>
   static void fields_of_board(Self& self, Visitor&& visit) {
     visit(self.kind, JobField("target NAME",
-                              "What is photographed: tags (`waymark tags board --style separate`), "
+                              "What is photographed: tags (`waymark tags board style=separate`), "
                               "chessboard, charuco or aprilgrid (Kalibr's)")
                          .one_of("tags,chessboard,charuco,aprilgrid"));
     visit(self.columns,

@@ -52,7 +52,7 @@ std::string help_line(const std::string& name, const std::string& sentence) {
   return line.str();
 }
 
-WrappingFormatter::WrappingFormatter() {
+WrappingFormatter::WrappingFormatter(HasFlag has_flag) : has_flag_(std::move(has_flag)) {
   column_width(kFlagColumns);
   label("SUBCOMMAND", "VERB");
   label("Positionals", "Inputs");
@@ -104,7 +104,8 @@ std::string WrappingFormatter::make_option_name(const CLI::Option* option, bool 
 }
 
 std::string WrappingFormatter::make_option_desc(const CLI::Option* option) const {
-  return wrapped(option->get_description(), kHelpColumns - kFlagColumns);
+  const std::string& sentence = option->get_description();
+  return wrapped(has_flag_ ? with_flags(sentence, has_flag_) : sentence, kHelpColumns - kFlagColumns);
 }
 
 }  // namespace waymark::cli

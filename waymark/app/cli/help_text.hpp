@@ -6,6 +6,8 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 
+#include "waymark/app/cli/field_flags.hpp"
+
 namespace waymark::cli {
 
 /// Text with line breaks such that no line is longer than `width` columns (words longer than that stay
@@ -22,13 +24,16 @@ inline constexpr std::size_t kHelpColumns = 100;
 /// the group "Options" and says how many flags there are more; --help-all shows all groups.
 class WrappingFormatter : public CLI::Formatter {
  public:
-  WrappingFormatter();
+  /// Fields that sentences name are written as flags of the program.
+  explicit WrappingFormatter(HasFlag has_flag = {});
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override;
   std::string make_option_desc(const CLI::Option* option) const override;
 
  private:
   [[nodiscard]] std::string make_first_group(const CLI::App& app) const;
+
+  HasFlag has_flag_;
 };
 
 }  // namespace waymark::cli

@@ -230,7 +230,7 @@ std::string flag_without_number(const CLI::App& app) {
 
 ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
   CLI::App app(program.sentence, program.name);
-  app.formatter(std::make_shared<WrappingFormatter>());
+  app.formatter(std::make_shared<WrappingFormatter>(has_flag_of(program)));
   const bool verbose = says(words, "--version") && std::erase(words, "--verbose") > 0;
   app.set_version_flag("--version", program.name + " " WAYMARK_VERSION,
                        "Print the version and stop; with --verbose also compiler, features and libraries");

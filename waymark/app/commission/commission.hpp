@@ -26,7 +26,7 @@ struct CommissionJob {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.output,
           JobField("output FILE",
-                   "Robot's file to write the result into. Unless given: that of --robot-file; of a robot "
+                   "Robot's file to write the result into. Unless given: that of `robot_file`; of a robot "
                    "that comes with this program, a file of its name in the current folder"));
     visit(self.yes,
           JobField(

@@ -49,7 +49,7 @@ struct CameraDescription {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.name,
-          JobField("camera_name NAME", "Name of the camera of --camera, when the file holds several").less());
+          JobField("camera_name NAME", "Name of the camera of `camera`, when the file holds several").less());
     visit(self.size,
           JobField("camera_size WIDTHxHEIGHT",
                    "Size of the pictures, such as 1280x720, where the calibration was made at another one: "

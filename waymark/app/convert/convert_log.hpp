@@ -33,10 +33,10 @@ struct ConvertJob {
                    "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT"));
     visit(self.ros_distro,
           JobField("ros_distro NAME",
-                   "Release of ROS 2 whose layout --format rosbag2 writes: humble or jazzy (jazzy)"));
+                   "Release of ROS 2 whose layout `format=rosbag2` writes: humble or jazzy (jazzy)"));
     visit(self.storage,
           JobField("storage NAME",
-                   "Storage of --format rosbag2: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
+                   "Storage of `format=rosbag2`: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
     visit(self.topics,
           JobField("topics A,B", "Only these topics, with commas between them").also("topic").by_commas());
     visit(
@@ -75,7 +75,7 @@ struct ConvertWords {
                           .required());
     visit(self.rest,
           JobField("rest OUT",
-                   "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further "
+                   "New file: .mcap, .tum or .csv; new folder for `format=rosbag2`. Before it further "
                    "recordings of the same drive, which are merged in the order of their stamps")
               .input()
               .required());

@@ -83,7 +83,7 @@ struct PlayWords {
         self.commands,
         JobField(
             "commands",
-            "With --ros2: also publish recorded velocity commands, which move a robot that listens to them"));
+            "With `ros2`: also publish recorded velocity commands, which move a robot that listens to them"));
     visit(self.options.json, JobField("json", "One JSON object a line instead of words"));
   }
 };

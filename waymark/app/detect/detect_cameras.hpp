@@ -39,7 +39,7 @@ struct DetectWords {
     DetectJob::fields(self.job, visit);
     visit(self.json, JobField("json", "One JSON object a line for each picture instead of tables"));
     visit(self.covariance,
-          JobField("covariance", "With --json: the 8 x 8 covariance of the corners of each tag as well"));
+          JobField("covariance", "With `json`: the 8 x 8 covariance of the corners of each tag as well"));
     visit(self.job.annotate_folder,
           JobField(
               "annotate PATH",

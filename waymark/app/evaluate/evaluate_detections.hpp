@@ -31,7 +31,7 @@ struct EvaluateDetectionsJob {
                                "known, size_px, tilt_deg, family")
                           .required());
     visit(self.detections, JobField("detections FILE",
-                                    "Score this output of `waymark detect --json` instead of running the "
+                                    "Score this output of `waymark detect json=true` instead of running the "
                                     "detector; - is standard input"));
     visit(self.recursive, JobField("recursive", "Search folders for pictures recursively"));
   }

@@ -42,7 +42,7 @@ struct PictureSettings {
               1, 1000)
               .less());
     visit(self.in_strips, JobField("search_strips",
-                                   "With --search-every N: search another strip of each picture instead of "
+                                   "With `search_every=N`: search another strip of each picture instead of "
                                    "one picture in N, so that each costs the same")
                               .less());
   }

@@ -29,10 +29,10 @@ struct LoneAnchor {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.anchor, JobField("anchor TAG",
-                                "Anchor tag of the map with --robot process, for example tag36h11:0, or its "
+                                "Anchor tag of the map with `robot=process`, for example tag36h11:0, or its "
                                 "id; it must be in view where the lap begins and ends"));
     visit(self.tag_size_m,
-          JobField("tag_size_m FLOAT", "With --robot process: side of the tags' black squares", 0.001, 10.0));
+          JobField("tag_size_m FLOAT", "With `robot=process`: side of the tags' black squares", 0.001, 10.0));
   }
 };
 /// Gives the setup an anchor where its world is not known. Fails when it must be given and is not, and the

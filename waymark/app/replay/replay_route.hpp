@@ -118,20 +118,22 @@ struct ReplayWords {
     visit(self.controller, JobField("controller NAME",
                                     "Controller: follower (curvature feed-forward and error feedback), "
                                     "pursuit (pure pursuit) or pose (goal to goal)"));
-    visit(self.job.route, JobField("route NAME",
-                                   "Name of the route to drive, of another lap (`waymark map --route-name`) "
-                                   "or optimised (`waymark optimize`, which is judged by itself); `waymark "
-                                   "routes` lists them. Unless given: the taught route"));
+    visit(self.job.route,
+          JobField("route NAME",
+                   "Name of the route to drive, of another lap (`route_name` of `waymark map`) "
+                   "or optimised (`waymark optimize`, which is judged by itself); `waymark "
+                   "routes` lists them. Unless given: the taught route"));
     visit(self.calibration, JobField("calibration FILE",
                                      "Calibration of this robot (calibration.yaml); its yaw gain is the "
                                      "initial value that the follower learns from"));
     visit(self.job.replay.laps, JobField("laps NUMBER", "Number of laps of a closed route"));
     visit(self.job.output, JobField("output FILE", "Recording to write of the replay (.mcap)"));
-    visit(self.job.images, JobField("record_images HOW",
-                                    "With -o: also record the pictures (with --images, or of a robot that "
-                                    "sends them): jpeg, or raw, ten times as large")
-                               .one_of("jpeg,raw")
-                               .less());
+    visit(self.job.images,
+          JobField("record_images HOW",
+                   "With `output`: also record the pictures (with `images`, or of a robot that "
+                   "sends them): jpeg, or raw, ten times as large")
+              .one_of("jpeg,raw")
+              .less());
     visit(self.job.durable, JobField("durable", kDurableHelp).less());
     visit(self.job.taught,
           JobField("taught FILE",

@@ -60,7 +60,7 @@ struct LimoSimOptions {
     visit(self.beside,
           JobField("beside FIFO",
                    "Named pipe for what is not on LIMO's wire: camera, lidar, truth, as lines for "
-                   "`waymark limo robot --beside`"));
+                   "`waymark limo robot beside=true`"));
     WireFaultOptions::fields(self.faults, visit);
   }
 };

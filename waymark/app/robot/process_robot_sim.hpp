@@ -22,7 +22,7 @@ struct ProcessSimOptions {
         self.pace,
         JobField(
             "pace FLOAT",
-            "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible",
+            "Maximum real-time factor with `lockstep`: simulated seconds per second; 0: as fast as possible",
             0.0, 100.0)
             .usually("0"));
   }

@@ -82,7 +82,7 @@ struct SessionWords {
     visit(self.job.map,
           JobField("map FOLDER", "Folder of an existing map, which makes teaching unnecessary"));
     visit(self.job.replay.route,
-          JobField("route NAME", "With --map: a route of that name (`waymark routes`)").less());
+          JobField("route NAME", "With `map`: a route of that name (`waymark routes`)").less());
     visit(self.job.images,
           JobField("record_images HOW",
                    "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large")
@@ -99,7 +99,7 @@ struct SessionWords {
           JobField("laps NUMBER", "Number of laps of a closed route", 0.01, 1000.0));
     visit(self.images, JobField("images", "Let the simulated robot send pictures"));
     visit(self.pace, JobField("pace FLOAT",
-                              "Real-time factor with --view and a simulated robot: simulated seconds per "
+                              "Real-time factor with `view` and a simulated robot: simulated seconds per "
                               "second; 0: as fast as possible",
                               0.0, 100.0)
                          .less());

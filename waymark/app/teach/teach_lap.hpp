@@ -58,7 +58,7 @@ struct TeachJob {
           JobField("overlap_m FLOAT", "Distance driven past the start of a closed lap", 0.0, 1000.0)
               .grouped("Driver scripted"));
     visit(self.images, JobField("record_images HOW",
-                                "Also record the pictures (with --images, or of a robot that sends them): "
+                                "Also record the pictures (with `images`, or of a robot that sends them): "
                                 "jpeg, or raw, ten times as large")
                            .one_of("jpeg,raw")
                            .less());
