@@ -186,6 +186,7 @@ std::string verb_with(const std::string& flag, const Chosen& chosen) {
   const Verb& parent = *chosen.parent->verb;
   if (!parent.usual_verb && !stand_in(parent.verbs)) return {};
   for (const Verb& verb : parent.verbs) {
+    if (&verb == chosen.node->verb) continue;
     std::set<std::string, std::less<>> flags;
     collect_flags(verb, flags);
     if (flags.contains(flag)) return chosen.full_name.substr(0, chosen.full_name.rfind(' ') + 1) + verb.name;
@@ -197,9 +198,12 @@ std::string verb_with(const std::string& flag, const Chosen& chosen) {
 std::string explain(const CLI::ParseError& error, const CLI::App& root, const Chosen& chosen) {
   const std::string flag = unknown_flag(root);
   if (flag.empty()) return plain_words(error.what());
+  const std::vector<std::string> own = flags_of(*chosen.node->app);
+  if (std::ranges::find(own, flag) != own.end())
+    return fmt::format("the flag '{}' belongs behind `{}`.", flag, chosen.full_name);
   if (const std::string verb = verb_with(flag, chosen); !verb.empty())
     return fmt::format("unknown flag '{}' of `{}`: it is one of `{}`.", flag, chosen.full_name, verb);
-  const std::string nearest = nearest_word(flag, flags_of(*chosen.node->app));
+  const std::string nearest = nearest_word(flag, own);
   return fmt::format("unknown flag '{}'.{}", flag,
                      nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));
 }

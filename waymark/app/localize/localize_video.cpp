@@ -39,6 +39,9 @@ Status write(const LocalizeVideoJob& job, const CameraModel& camera, const std::
 }  // namespace
 
 Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const JobControl& control) {
+  if (!is_of_camera(job.video, true))
+    return fail(ErrorCode::InvalidArgument, "this is the recording of a robot: it holds odometry or an IMU",
+                {.key = "video"}, "Localise it as `waymark localize log` does.");
   const Result<DescribedCamera> described = read_given_camera(job.camera);
   if (!described) return tl::unexpected(described.error());
   const CameraModel& camera = described->camera;

@@ -284,8 +284,8 @@ Result<MapForm> map_form(const std::string& name) {
   const std::vector<std::string> names = map_form_names();
   const auto at = std::ranges::find(names, name);
   if (at == names.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no form of maps '{}'", name),
-                {.key = "form"}, suggestion(name, names));
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no form of maps '{}'", name), {.key = "to"},
+                suggestion(name, names));
   return static_cast<MapForm>(at - names.begin());
 }
 
