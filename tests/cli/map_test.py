@@ -161,7 +161,7 @@ class Map(WithLap):
 
     def test_a_line_without_a_sub_verb_chooses_one(self):
         (self.folder / "walk.bin").write_bytes(b"\0\0\0\x18ftypmp42")
-        for words, chosen in ((["lap.mcap"], "lap"), (["lap.mcap", "--robot", "limo"], "lap"), (["none.mp4"], "lap"), (["-o", "map"], "lap"),
+        for words, chosen in ((["lap.mcap"], "lap"), (["lap.mcap", "--robot", "limo"], "lap"), (["none.mp4"], "video"), (["-o", "map"], "lap"),
                               (["walk.bin"], "video"), (["-o", "map", "walk.bin", "lap.mcap"], "video"), (["lap.mcap", "--camera", "c.yaml"], "video"),
                               (["lap.mcap", "--camera=c.yaml"], "video"), (["lap.mcap", "--tagslam", "config"], "scene"),
                               (["--tagslam=config", "--camera", "c.yaml", "walk.bin"], "scene"), (["convert", "map", "x"], "convert")):
