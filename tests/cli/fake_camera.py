@@ -1,13 +1,24 @@
 """A folder for tests/fake_v4l2: cameras that play pictures, for programs that are started with `environment()`."""
+import functools
 import os
 import pathlib
+import shutil
+import tempfile
 
 PRELOAD = "tests/fake_v4l2/libwaymark_fake_v4l2_preload.so"
 
 
+KEPT = []  # folders that live as long as the tests
+
+
+@functools.cache
 def preload_of(program):
-    """The library beside a program of the build folder."""
-    return pathlib.Path(program).resolve().parents[1] / PRELOAD
+    """The library beside a program of the build folder; a copy of it where the folder has a space, at which LD_PRELOAD is split."""
+    library = pathlib.Path(program).resolve().parents[1] / PRELOAD
+    if " " not in str(library):
+        return library
+    KEPT.append(tempfile.TemporaryDirectory(prefix="waymark-preload-"))
+    return pathlib.Path(shutil.copy(library, KEPT[-1].name))
 
 
 class FakeCamera:
