@@ -200,7 +200,7 @@ std::string explain(const CLI::ParseError& error, const CLI::App& root, const Ch
   if (flag.empty()) return plain_words(error.what());
   const std::vector<std::string> own = flags_of(*chosen.node->app);
   if (std::ranges::find(own, flag) != own.end())
-    return fmt::format("the flag '{}' belongs behind `{}`.", flag, chosen.full_name);
+    return fmt::format("the flag '{}' belongs after `{}`.", flag, chosen.full_name);
   if (const std::string verb = verb_with(flag, chosen); !verb.empty())
     return fmt::format("unknown flag '{}' of `{}`: it is one of `{}`.", flag, chosen.full_name, verb);
   const std::string nearest = nearest_word(flag, own);

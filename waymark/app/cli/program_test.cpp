@@ -164,7 +164,7 @@ TEST(Program, AVerbThatIsLeftOutIsFoundByTheLine) {
   EXPECT_THAT(run({"help", "usual", "count"}).out, HasSubstr("--up-to"));
   EXPECT_EQ(run({"usual", "--count=2", "--up-to", "5"}).code, 2) << "of two verbs";
   EXPECT_THAT(run({"deep", "--careful", "show"}).err,
-              HasSubstr("the flag '--careful' belongs behind `prog deep show`."));
+              HasSubstr("the flag '--careful' belongs after `prog deep show`."));
 }
 
 TEST(Program, ALineMayMeanTheVerbBesideTheOneItNames) {
