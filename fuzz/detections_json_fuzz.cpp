@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/detect_all.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto reports = waymark::parse_reports({reinterpret_cast<const char*>(data), size}, "fuzz");

@@ -14,7 +14,7 @@
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/trajectories.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/map/map_recording.hpp"
 
 namespace waymark::python {

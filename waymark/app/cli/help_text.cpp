@@ -19,6 +19,12 @@ std::string replaced(std::string text, std::string_view from, std::string_view t
   return text;
 }
 
+/// As help_line(), with an indentation that is part of the name.
+std::string key_line(const std::string& name, const std::string& sentence) {
+  constexpr std::size_t kIndentOfParser = 2;
+  return help_line(name.substr(kIndentOfParser), sentence);
+}
+
 /// How many flags --help does not show.
 std::size_t count_more(const CLI::App& app) {
   return app
@@ -68,12 +74,32 @@ std::string WrappingFormatter::make_help(const CLI::App* app, std::string name,
   const auto usual = CLI::AppFormatMode::Normal;
   const std::string flags =
       mode == CLI::AppFormatMode::All ? make_groups(app, usual) : make_first_group(*app);
+  const bool with_keys = mode == CLI::AppFormatMode::All && !report_.empty();
+  const std::string keys = with_keys ? "\nKeys of --json:\n" + make_keys(report_, 2) : "";
   std::string help =
       replaced(make_description(app) + make_usage(app, std::move(name)) + make_positionals(app) + flags +
-                   make_subcommands(app, usual) + "\n" + make_footer(app),
+                   make_subcommands(app, usual) + keys + "\n" + make_footer(app),
                "\n\n\n", "\n\n");
   while (help.ends_with("\n\n")) help.pop_back();
   return help;
+}
+
+std::shared_ptr<WrappingFormatter> WrappingFormatter::with_report(ReportFields report) const {
+  auto formatter = std::make_shared<WrappingFormatter>(*this);
+  formatter->report_ = std::move(report);
+  return formatter;
+}
+
+std::string WrappingFormatter::make_keys(const ReportFields& report, std::size_t indent) const {
+  std::string text;
+  for (const ReportField& field : report) {
+    const std::string name = fmt::format("{:{}}{} {}{}", "", indent, field.name, field.value.type(),
+                                         field.value.may_be_null() ? " or null" : "");
+    const std::string sentence(field.sentence);
+    text += key_line(name, has_flag_ ? with_flags(sentence, has_flag_) : sentence);
+    text += make_keys(field.value.keys(), indent + 2);
+  }
+  return text;
 }
 
 std::string WrappingFormatter::make_first_group(const CLI::App& app) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -7,6 +8,7 @@
 #include <CLI/Formatter.hpp>
 
 #include "waymark/app/cli/field_flags.hpp"
+#include "waymark/app/common/report_fields.hpp"
 
 namespace waymark::cli {
 
@@ -26,14 +28,18 @@ class WrappingFormatter : public CLI::Formatter {
  public:
   /// Fields that sentences name are written as flags of the program.
   explicit WrappingFormatter(HasFlag has_flag = {});
+  /// --help-all also lists the keys of `report`.
+  [[nodiscard]] std::shared_ptr<WrappingFormatter> with_report(ReportFields report) const;
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override;
   std::string make_option_desc(const CLI::Option* option) const override;
 
  private:
   [[nodiscard]] std::string make_first_group(const CLI::App& app) const;
+  [[nodiscard]] std::string make_keys(const ReportFields& report, std::size_t indent) const;
 
   HasFlag has_flag_;
+  ReportFields report_{};
 };
 
 }  // namespace waymark::cli

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 
 namespace waymark::cli {
 

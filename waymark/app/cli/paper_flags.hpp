@@ -8,7 +8,7 @@
 
 #include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/flags.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/tags/tag_prints.hpp"
 #include "waymark/base/error.hpp"
 

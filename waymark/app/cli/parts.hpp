@@ -11,5 +11,5 @@
 #include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/verb.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 // IWYU pragma: end_exports

@@ -44,6 +44,9 @@ Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words
   app.set_help_flag("-h,--help", "Print this and stop");
   app.set_help_all_flag("--help-all", "Print all flags, also those used less, and stop");
   app.footer(verb.help);
+  if (verb.report)
+    app.formatter(
+        std::static_pointer_cast<WrappingFormatter>(app.get_formatter())->with_report(verb.report()));
   if (verb.prepare) node.run = verb.prepare(app);
   for (const Verb& child : verb.verbs) {
     CLI::App* sub = app.add_subcommand(child.name, child.sentence)->group("Verbs");

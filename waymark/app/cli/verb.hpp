@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/app/cli/console.hpp"
+#include "waymark/app/common/report_fields.hpp"
 
 namespace CLI {
 class App;
@@ -24,6 +25,7 @@ struct Verb {
   std::string sentence;  ///< in the list of verbs
   std::string help;      ///< at the end of its own --help: an example with its output, exit codes
   std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
+  std::function<ReportFields()> report = {};   ///< what --json prints: --help-all lists its keys
   std::vector<Verb> verbs = {};
   /// Which of `verbs`, or of the verbs beside this one, is meant by a line that names none of `verbs`: its
   /// words after this verb ("lap.mcap", "--json").
@@ -48,6 +50,12 @@ template <class Args>
 /// The same of a verb without flags.
 [[nodiscard]] inline std::function<Run(CLI::App&)> prepared(ExitCode (*run)(Console&)) {
   return [run](CLI::App&) -> Run { return run; };
+}
+
+/// The `report` of a verb that prints fields(Report) with --json.
+template <IsReport Report>
+[[nodiscard]] ReportFields report_of() {
+  return fields(Report{});
 }
 
 // One line a verb; main.cpp lists them.

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
 
@@ -68,7 +68,7 @@ PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& set
 
 void add_to_json(ordered_json& detection, const Result<TagPose>& pose) {
   if (!pose) {
-    detection["pose_error"] = to_json(pose.error());
+    detection["pose_error"] = to_json(fields(pose.error()));
     return;
   }
   detection["pose"] = solution_json(pose->best);

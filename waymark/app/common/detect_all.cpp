@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_description.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/media/video_format.hpp"
@@ -213,7 +213,7 @@ nlohmann::ordered_json to_json(const PictureReport& report, bool with_covariance
       value["detections"].push_back(std::move(detection));
     }
   }
-  if (report.error) value["error"] = to_json(*report.error);
+  if (report.error) value["error"] = to_json(fields(*report.error));
   return value;
 }
 

@@ -11,7 +11,7 @@
 
 #include "tests/support/draw_tag.hpp"
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/tags/apriltag3/apriltag_detector.hpp"
 

@@ -11,7 +11,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/geometry/planar.hpp"
 
@@ -226,11 +226,11 @@ tl::unexpected<Error> enough() { return fail(ErrorCode::LimitExceeded, "stopped"
 std::string message_line(const LogChannel& channel, const LogMessage& message, std::uint64_t start,
                          bool json) {
   if (json)
-    return json_line({{"topic", channel.topic},
-                      {"type", channel.type},
-                      {"log_time_ns", message.log_time},
-                      {"publish_time_ns", message.publish_time},
-                      {"size_bytes", message.data.size()}});
+    return json_line(Json{{"topic", channel.topic},
+                          {"type", channel.type},
+                          {"log_time_ns", message.log_time},
+                          {"publish_time_ns", message.publish_time},
+                          {"size_bytes", message.data.size()}});
   const double since_s = static_cast<double>(static_cast<std::int64_t>(message.log_time - start)) * 1e-9;
   return fmt::format("{:>10.3f}  {:<24}  {}, {} bytes\n", since_s, channel.topic, channel.type,
                      message.data.size());

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -96,27 +96,6 @@ TEST(SampleWords, WhatIsNoNumberIsNull) {
   EXPECT_EQ(odometry["yaw_rate_rad_s"], 0.0);
   const Json range = to_json(RangeBearing{second(1), 1, std::numeric_limits<double>::infinity(), 0});
   EXPECT_TRUE(range["range_m"].is_null());
-}
-
-TEST(JsonLine, AnErrorHasWhatIsKnownOfItsPlace) {
-  const Json bare = to_json(Error{ErrorCode::NotFound, "nothing there", {}, {}});
-  EXPECT_EQ(bare["message"], "nothing there");
-  for (const char* key : {"source", "line", "byte", "key", "hint"}) EXPECT_FALSE(bare.contains(key)) << key;
-  const Json full = to_json(Error{ErrorCode::Unreadable,
-                                  "no number",
-                                  {.source = "a.yaml", .line = 3, .byte = 40, .key = "x"},
-                                  "Write one."});
-  EXPECT_EQ(full["source"], "a.yaml");
-  EXPECT_EQ(full["line"], 3);
-  EXPECT_EQ(full["byte"], 40);
-  EXPECT_EQ(full["key"], "x");
-  EXPECT_EQ(full["hint"], "Write one.");
-}
-
-TEST(JsonLine, BytesThatAreNoTextDoNotBreakTheLine) {
-  const std::string line = json_line({{"file", "lap\xFF\n.mcap"}});
-  EXPECT_EQ(std::ranges::count(line, '\n'), 1);
-  EXPECT_EQ(Json::parse(line)["file"], "lap\xEF\xBF\xBD\n.mcap");
 }
 
 std::unique_ptr<MessageLog> open_lap() {

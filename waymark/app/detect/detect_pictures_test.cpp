@@ -14,7 +14,7 @@
 #include "tests/support/draw_tag.hpp"
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
 #include "waymark/app/common/camera_tags.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/codecs/image_file.hpp"

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/base/angles.hpp"
@@ -223,64 +222,82 @@ Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs
   return files;
 }
 
-// As JSON.
+// As fields.
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 double seconds_of(const EstimatedTrajectory& poses) {
   return poses.empty() ? 0 : to_seconds(poses.back().stamp - poses.front().stamp);
 }
 
-Json statistics_json(const std::string& name, const std::string& unit,
-                     const std::optional<ErrorStatistics>& statistics) {
-  Json json;
-  const auto put = [&](const char* what, double ErrorStatistics::*member) {
-    const std::string key = fmt::format("{}_{}_{}", name, what, unit);
-    json[key] = statistics ? Json((*statistics).*member) : Json(nullptr);
+/// `name` with rmse, mean, median, p95 and max of what the sentence says: "ate_rmse_m".
+void add_statistics(ReportFields& all, const std::string& name, const std::string& unit,
+                    std::string_view sentence, const std::optional<ErrorStatistics>& statistics) {
+  const auto add = [&](const char* what, double ErrorStatistics::*member) {
+    all.push_back({fmt::format("{}_{}_{}", name, what, unit), sentence, part(statistics, member)});
   };
-  put("rmse", &ErrorStatistics::rmse);
-  put("mean", &ErrorStatistics::mean);
-  put("median", &ErrorStatistics::median);
-  put("p95", &ErrorStatistics::p95);
-  put("max", &ErrorStatistics::max);
-  return json;
+  add("rmse", &ErrorStatistics::rmse);
+  add("mean", &ErrorStatistics::mean);
+  add("median", &ErrorStatistics::median);
+  add("p95", &ErrorStatistics::p95);
+  add("max", &ErrorStatistics::max);
 }
 
-template <class Scores, class Member>
-std::optional<ErrorStatistics> part(const std::optional<Scores>& scores, Member&& member) {
-  return scores ? std::optional(member(*scores)) : std::nullopt;
-}
-
-Json row_json(const TrajectoryRow& row, const TrajectoryReport& report) {
+ReportFields fields_of_row(const TrajectoryRow& row, const TrajectoryScoreOptions& options) {
   const auto& s = row.scores;
-  Json json = {{"name", row.name},
-               {"poses", row.poses.size()},
-               {"paired", row.pairs},
-               {"duration_s", seconds_of(row.poses)},
-               {"scale", s ? Json(s->alignment.scale) : Json(nullptr)}};
-  json.update(statistics_json("ate", "m", part(s, [](const auto& x) { return x.ate_m; })));
-  json.update(statistics_json("rotation", "deg", part(s, [](const auto& x) { return x.rotation_deg; })));
-  json.update(statistics_json("heading", "deg", part(s, [](const auto& x) { return x.heading_deg; })));
-  const bool by_metres = report.options.rpe_delta_m > 0;
-  json[by_metres ? "rpe_delta_m" : "rpe_delta_s"] =
-      by_metres ? report.options.rpe_delta_m : report.options.rpe_delta_s;
-  json.update(statistics_json("rpe", "m", part(s, [](const auto& x) { return x.relative.translation_m; })));
-  json.update(statistics_json("rpe", "deg", part(s, [](const auto& x) { return x.relative.rotation_deg; })));
-  json["end_error_m"] = s ? Json(s->end_error_m) : Json(nullptr);
-  json.update(statistics_json("path", "m", part(row.path, [](const auto& x) { return x.distance_m; })));
-  const bool sides = row.path && row.path->side_m.count > 0;
-  json["side_rmse_m"] = sides ? Json(row.path->side_m.rmse) : Json(nullptr);
-  json["side_mean_m"] = sides ? Json(row.path->side_mean_m) : Json(nullptr);
-  json["end_to_start_m"] = end_to_start_m(row.poses);
-  json["end_to_start_deg"] = end_to_start_deg(row.poses);
-  const bool doubts = s && s->consistency && s->consistency->count > 0;
-  json["nees_mean"] = doubts ? Json(s->consistency->nees_mean) : Json(nullptr);
-  json["nees_median"] = doubts ? Json(s->consistency->nees_median) : Json(nullptr);
-  json["inside_95"] = doubts ? Json(s->consistency->inside_95) : Json(nullptr);
-  json["jumps"] = row.jumps ? Json(*row.jumps) : Json(nullptr);
-  return json;
+  const auto relative = part(s, &TrajectoryScores::relative);
+  ReportFields all = {
+      {"name", "`estimate`, or what stands beside it: `odometry`, `odometry with gyro`", row.name},
+      {"poses", "Poses of the trajectory", row.poses.size()},
+      {"paired", "Poses at a time that REF knows", row.pairs},
+      {"duration_s", "From the first pose to the last", seconds_of(row.poses)},
+      {"scale", "What the estimate was multiplied with (`sim3`)",
+       part(part(s, &TrajectoryScores::alignment), &Alignment::scale)}};
+  add_statistics(all, "ate", "m", "Distance at the same time, after alignment",
+                 part(s, &TrajectoryScores::ate_m));
+  add_statistics(all, "rotation", "deg", "Angle between both orientations",
+                 part(s, &TrajectoryScores::rotation_deg));
+  add_statistics(all, "heading", "deg", "Angle between both headings",
+                 part(s, &TrajectoryScores::heading_deg));
+  if (options.rpe_delta_m > 0)
+    all.push_back({"rpe_delta_m", "Length of the motions that RPE compares", options.rpe_delta_m});
+  else
+    all.push_back({"rpe_delta_s", "Duration of the motions that RPE compares", options.rpe_delta_s});
+  add_statistics(all, "rpe", "m", "Error of a motion of that length",
+                 part(relative, &RelativeErrors::translation_m));
+  add_statistics(all, "rpe", "deg", "Error of a motion of that length",
+                 part(relative, &RelativeErrors::rotation_deg));
+  const auto sides = row.path && row.path->side_m.count > 0 ? row.path : std::nullopt;
+  const auto consistency = part(s, &TrajectoryScores::consistency).value_or(std::nullopt);
+  const auto doubts = consistency && consistency->count > 0 ? consistency : std::nullopt;
+  all.push_back({"end_error_m", "Error of the last pose", part(s, &TrajectoryScores::end_error_m)});
+  add_statistics(all, "path", "m", "Distance from the nearest point of the path of REF",
+                 part(row.path, &PathScores::distance_m));
+  all.insert(
+      all.end(),
+      {{"side_rmse_m", "Signed distance from the side of REF that points as the robot does; left is positive",
+        part(part(sides, &PathScores::side_m), &ErrorStatistics::rmse)},
+       {"side_mean_m", "Its mean", part(sides, &PathScores::side_mean_m)},
+       {"end_to_start_m", "From the first pose to the last", end_to_start_m(row.poses)},
+       {"end_to_start_deg", "From the first orientation to the last", end_to_start_deg(row.poses)},
+       {"nees_mean",
+        "Normalised estimation error squared in x, y and yaw; 3 where the covariance is consistent",
+        part(doubts, &Consistency::nees_mean)},
+       {"nees_median", "Its median", part(doubts, &Consistency::nees_median)},
+       {"inside_95", "Share of the poses within their 95 % ellipsoids",
+        part(doubts, &Consistency::inside_95)},
+       {"jumps",
+        "Steps that differ from those of REF, or of the odometry, by more than `jump_m` or `jump_deg`",
+        row.jumps}});
+  return all;
 }
+
+/// A row beside the estimate.
+struct RowBeside {
+  TrajectoryRow row{};
+  TrajectoryScoreOptions options{};
+};
+
+ReportFields fields(const RowBeside& beside) { return fields_of_row(beside.row, beside.options); }
 
 }  // namespace
 
@@ -295,21 +312,28 @@ double end_to_start_deg(const EstimatedTrajectory& poses) {
   return to_degrees(project_to_plane(start_T_end).yaw());
 }
 
-Json to_json(const TrajectoryReport& report) {
-  Json json = {{"estimate", report.estimate},
-               {"reference", report.reference},
-               {"alignment", to_string(report.alignment)}};
-  json.update(row_json(report.rows.front(), report));
-  json["nis_mean"] = report.nis && report.nis->observations > 0 ? Json(report.nis->mean) : Json(nullptr);
-  json["observations"] = report.nis ? Json(report.nis->observations) : Json(nullptr);
-  json["uncertain"] = report.uncertain;
-  json["coverage"] = report.coverage ? Json(*report.coverage) : Json(nullptr);
-  json["time_to_first_fix_s"] =
-      report.time_to_first_fix_s ? Json(*report.time_to_first_fix_s) : Json(nullptr);
-  json["beside"] = Json::array();
-  for (std::size_t i = 1; i < report.rows.size(); ++i)
-    json["beside"].push_back(row_json(report.rows[i], report));
-  return json;
+ReportFields fields(const TrajectoryReport& report) {
+  const auto nis = report.nis && report.nis->observations > 0 ? report.nis : std::nullopt;
+  std::vector<RowBeside> beside;
+  for (std::size_t i = 1; i < report.rows.size(); ++i) beside.push_back({report.rows[i], report.options});
+  ReportFields all = {{"estimate", "File of EST", report.estimate},
+                      {"reference", "File of REF", report.reference},
+                      {"alignment", "none, se2, se3 or sim3", to_string(report.alignment)}};
+  const ReportFields of_estimate =
+      fields_of_row(report.rows.empty() ? TrajectoryRow{} : report.rows.front(), report.options);
+  all.insert(all.end(), of_estimate.begin(), of_estimate.end());
+  all.insert(
+      all.end(),
+      {{"nis_mean", "Normalised innovation squared of an observation; 1 where the filter is consistent",
+        part(nis, &NisSummary::mean)},
+       {"observations", "Observations in that mean", part(report.nis, &NisSummary::observations)},
+       {"uncertain", "Estimates that were called uncertain, which are not judged", report.uncertain},
+       {"coverage", "Share of the time of REF, or of the odometry, with an estimate within `max_gap_s`",
+        report.coverage},
+       {"time_to_first_fix_s", "From the first pose of REF, or of the odometry, to the first estimate",
+        report.time_to_first_fix_s},
+       {"beside", "With `odometry`: one entry for the odometry, one for wheels with gyro", beside}});
+  return all;
 }
 
 // What makes a comparison doubtful.

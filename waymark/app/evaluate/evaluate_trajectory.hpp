@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/trajectory_scores.hpp"
@@ -107,8 +106,8 @@ struct EvaluationInputs {
 [[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
 [[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
 
-/// The JSON output of evaluate (docs/reference/cli.md). What is not known is null.
-[[nodiscard]] nlohmann::ordered_json to_json(const TrajectoryReport& report);
+/// What is not known is null.
+[[nodiscard]] ReportFields fields(const TrajectoryReport& report);
 
 /// Fails on flags that have no effect on what is compared; `reference`: once it is known.
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,

@@ -38,7 +38,7 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
     return fail_usage(usable.error(), console);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
     console.say("warning: " + doubt);
   if (job.figures.empty()) return ExitCode::Ok;
@@ -60,7 +60,7 @@ interpolated), in REF's frame: ATE is the distance, RPE the error of a motion of
 defines them. path is the distance from REF's way whenever the robot was there; side the signed distance from the
 side of REF that points as the robot does. NEES measures whether the estimate's covariance is consistent: 3 on average is,
 more is overconfident; NIS (of the recordings of `waymark localize`) says the same of each observation: 1. Estimates
-that were called uncertain are counted, and not judged. Keys of --json: docs/reference/cli.md.
+that were called uncertain are counted, and not judged.
 
 Exit code: 0 compared, 1 something could not be read or compared, 2 wrong usage.
 
@@ -70,6 +70,7 @@ Examples:
   waymark evaluate detections --truth truth.csv photograph.png
 )",
       .prepare = prepared(evaluate),
+      .report = report_of<TrajectoryReport>,
       .verbs = {evaluate_detections_verb()}};
 }
 

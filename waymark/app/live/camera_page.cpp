@@ -7,8 +7,8 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "waymark/app/common/json_line.hpp"
 #include "waymark/app/common/lap_input.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -41,7 +41,7 @@ CameraPage::CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<P
   if (poses) feed_.show_camera(poses->camera, base_T_camera({}));
   if (poses && poses->sizes.default_size_m)
     feed_.show_text("tags.yaml", fmt::format("tag_size_m: {}\n", *poses->sizes.default_size_m));
-  feed_.show_text(kText, json_line({{"camera", camera.description()}}));
+  feed_.show_text(kText, json_line(ordered_json{{"camera", camera.description()}}));
 }
 
 void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {

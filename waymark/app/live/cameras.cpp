@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_description.hpp"
-#include "waymark/app/common/json_line.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/cameras/gstreamer/gstreamer_camera.hpp"
 #include "waymark/cameras/v4l2/v4l2_camera.hpp"
@@ -166,7 +166,7 @@ ordered_json to_json(const std::vector<CameraDevice>& devices) {
                      {"card", device.card}, {"driver", device.driver},
                      {"bus", device.bus},   {"in_use_by", device.holder},
                      {"modes", modes},      {"controls", to_json(device.controls)}};
-    if (device.problem) one["problem"] = to_json(*device.problem);
+    if (device.problem) one["problem"] = to_json(fields(*device.problem));
     list.push_back(std::move(one));
   }
   return {{"cameras", std::move(list)}};
