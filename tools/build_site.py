@@ -25,9 +25,9 @@ INTERACTIVE = "<!-- interactive pages -->"
 CPP = "<!-- c++ reference -->"
 DOXYGEN = """PROJECT_NAME = Waymark
 INPUT = {headers}
-STRIP_FROM_PATH = {root}
-STRIP_FROM_INC_PATH = {root}
-OUTPUT_DIRECTORY = {output}
+STRIP_FROM_PATH = "{root}"
+STRIP_FROM_INC_PATH = "{root}"
+OUTPUT_DIRECTORY = "{output}"
 HTML_OUTPUT = cpp
 GENERATE_LATEX = NO
 EXTRACT_ALL = YES
@@ -146,7 +146,7 @@ def put_cpp_reference(docs):
     """The public headers as pages of Doxygen in docs/cpp/, and in docs/reference/cpp.md the link to them, or why they are not there."""
     page, words = docs / "reference/cpp.md", "They are not in this copy of the site, which was built without doxygen.\n"
     if shutil.which("doxygen"):
-        headers = " ".join(str(ROOT / header) for header in public_headers())
+        headers = " ".join(f'"{ROOT / header}"' for header in public_headers())
         settings = DOXYGEN.format(headers=headers, root=ROOT, output=docs)
         done = subprocess.run(["doxygen", "-"], input=settings, text=True, check=False, capture_output=True)
         if done.returncode != 0 or not (docs / "cpp/annotated.html").is_file():

@@ -6,6 +6,7 @@ usage: recording_test.py PROGRAM [unittest options]
 import bz2
 import os
 import pathlib
+import shlex
 import signal
 import subprocess
 import time
@@ -212,7 +213,7 @@ class FullDisk(InFolder):
     def test_what_was_recorded_is_kept_and_nothing_half_written_is_left(self):
         (self.folder / "disk").mkdir()
         done = subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c",
-                               FULL_DISK.format(program=PROGRAM)], cwd=self.folder, capture_output=True, text=True, check=False)
+                               FULL_DISK.format(program=shlex.quote(PROGRAM))], cwd=self.folder, capture_output=True, text=True, check=False)
         if done.returncode == 77 or "unshare:" in done.stderr:
             self.skipTest(f"no small file system can be made here: {done.stderr.strip()}")
         for what, code in (("teach", 1), ("info", 0), ("convert", 1), ("recover", 1), ("recover elsewhere", 0)):

@@ -280,7 +280,7 @@ class Listens(Wire):
     def test_behind_a_watchdog_that_only_listens_limo_is_not_taken(self):
         """As `waymark localize --robot "process:waymark limo robot PORT"` starts it."""
         limo = Limo()
-        self.listen(limo, subprocess.Popen([WATCHDOG, "--listen", f"{PROGRAM} limo robot {limo.path}"], stdin=subprocess.PIPE,
+        self.listen(limo, subprocess.Popen([WATCHDOG, "--listen", f"'{PROGRAM}' limo robot {limo.path}"], stdin=subprocess.PIPE,
                                            stdout=subprocess.PIPE, text=True))
 
     def test_a_robot_is_localised_and_stays_with_its_remote_control(self):
