@@ -1,10 +1,10 @@
 #include "waymark/app/teach/teach_lap.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
@@ -89,8 +89,9 @@ Status record_rendered(const SeenPicture& seen, const std::string& images, Sampl
                         images, recorder);
 }
 
-TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {
-  return {.summary = lap.summary(),
+TeachReport report_of(const TeachJob& job, const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {
+  return {.file = job.output,
+          .summary = lap.summary(),
           .end = end,
           .worst_blur_px = lap.monitor().worst_blur_px(),
           .blurred_frames = lap.monitor().blurred_frames(),
@@ -125,7 +126,7 @@ Result<TeachReport> teach_simulated(const RobotSetup& setup, const TeachJob& job
   const Status closed = recorder->close();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
-  return report_of(session.lap(), *end, watch);
+  return report_of(job, session.lap(), *end, watch);
 }
 
 Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
@@ -162,7 +163,7 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
   if (!closed) return tl::unexpected(closed.error());
   const LapEnd end =
       hung_up ? LapEnd{.finished = session.finished(), .interrupted = true} : session.end(*driven);
-  return report_of(session.lap(), end, watch);
+  return report_of(job, session.lap(), end, watch);
 }
 
 }  // namespace
@@ -214,21 +215,28 @@ LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
 
 namespace {
 
-nlohmann::ordered_json links_json(const TeachSummary& summary) {
-  auto links = nlohmann::ordered_json::array();
-  for (const TagLink& link : summary.weak_links)
-    links.push_back({{"tags", {to_string(link.first), to_string(link.second)}}, {"frames", link.frames}});
-  return links;
+/// Two tags that few frames connect.
+struct WeakLink {
+  WeakLink() = default;
+  explicit WeakLink(const TagLink& link)
+      : tags{to_string(link.first), to_string(link.second)}, frames(link.frames) {}
+
+  std::array<std::string, 2> tags{};
+  int frames = 0;
+};
+
+ReportFields fields(const WeakLink& link) {
+  return {{"tags", "The two tags", link.tags}, {"frames", "Frames that show both", link.frames}};
 }
 
 }  // namespace
 
-std::string to_text(const TeachReport& report, const std::string& file, bool loop) {
+std::string to_text(const TeachReport& report, bool loop) {
   const TeachSummary& s = report.summary;
   std::string text = fmt::format(
       "{}: {:.1f} s, {:.2f} m by odometry, {} frames\n"
       "{} tags seen, {} detections, two or more in view {:.1f} % of the time ({} frames with fewer)\n",
-      file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
+      report.file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
       100 * s.two_tags_fraction(), s.low_observability_frames);
   if (s.closed_loop || loop)
     text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
@@ -239,35 +247,41 @@ std::string to_text(const TeachReport& report, const std::string& file, bool loo
                         to_string(fewest->first));
   }
   if (s.seen.empty()) return text + "No tag was seen: there is nothing to make a map of.\n";
-  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", shell_word(file))
+  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", shell_word(report.file))
                      : "As it is the lap makes no good map: the warnings say what it lacks. `waymark map` "
                        "makes of it what it can.\n";
   return text;
 }
 
-nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file) {
+ReportFields fields(const TeachReport& report) {
   const TeachSummary& s = report.summary;
-  return {{"file", file},
-          {"wall_s", report.wall_s},
-          {"lap_s", report.end.lap_s},
-          {"frames", s.frames},
-          {"detections", s.detections},
-          {"tags", s.seen.size()},
-          {"low_observability_frames", s.low_observability_frames},
-          {"two_tags_fraction", s.two_tags_fraction()},
-          {"longest_blind_s", s.longest_blind_s},
-          {"longest_silence_s", s.longest_silence_s},
-          {"clock_back_s", s.clock_back_s},
-          {"odometry_jumps", s.odometry_jumps},
-          {"distance_m", s.distance_m},
-          {"worst_blur_px", report.worst_blur_px},
-          {"blurred_frames", report.blurred_frames},
-          {"abrupt_moments", report.abrupt_moments},
-          {"weak_links", links_json(s)},
-          {"closed_loop", s.closed_loop},
-          {"mappable", s.mappable},
-          {"finished", report.end.finished},
-          {"warnings", s.warnings}};
+  const std::vector<WeakLink> weak_links(s.weak_links.begin(), s.weak_links.end());
+  return {{"file", "Recording that was written", report.file},
+          {"wall_s", "Elapsed real time", report.wall_s},
+          {"lap_s", "Duration of the lap in the world", report.end.lap_s},
+          {"frames", "Camera frames", s.frames},
+          {"detections", "Detections of tags in all frames", s.detections},
+          {"tags", "Different tags that were detected", s.seen.size()},
+          {"low_observability_frames", "Frames with fewer than two tags", s.low_observability_frames},
+          {"two_tags_fraction", "Share of the frames with two or more tags", s.two_tags_fraction()},
+          {"longest_blind_s", "Longest time without a single tag", s.longest_blind_s},
+          {"longest_silence_s", "Longest time without any sample", s.longest_silence_s},
+          {"clock_back_s", "Largest backward jump of the sensors' clock; 0: none", s.clock_back_s},
+          {"odometry_jumps", "Number of times that the odometry was reset", s.odometry_jumps},
+          {"distance_m", "Driven distance, by odometry", s.distance_m},
+          {"worst_blur_px", "Largest motion blur, from yaw rate, exposure time and focal length",
+           report.worst_blur_px},
+          {"blurred_frames", "Frames with more motion blur than 2 px", report.blurred_frames},
+          {"abrupt_moments", "Number of abrupt starts and stops", report.abrupt_moments},
+          {"weak_links", "Pairs of tags that the map depends on and few frames connect, weakest first",
+           weak_links},
+          {"closed_loop", "The anchor was seen at the start and at the end, from nearly the same place",
+           s.closed_loop},
+          {"mappable",
+           "A map can be made: anchor and another tag seen, no jumps, closed loop (open line: 0.5 m driven)",
+           s.mappable},
+          {"finished", "The driver completed the lap", report.end.finished},
+          {"warnings", "What the lap lacks for a good map", s.warnings}};
 }
 
 }  // namespace waymark

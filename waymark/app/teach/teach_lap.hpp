@@ -2,10 +2,9 @@
 
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/base/fields.hpp"
@@ -67,6 +66,7 @@ struct TeachJob {
 };
 
 struct TeachReport {
+  std::string file{};  ///< that was written
   TeachSummary summary{};
   LapEnd end{};
   double worst_blur_px = 0;  ///< by yaw rate, exposure and focal length
@@ -85,8 +85,8 @@ struct TeachReport {
 [[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job,
                                             const JobControl& control);
 /// What was driven and seen, and whether it can be mapped; `loop`: the route was to close.
-[[nodiscard]] std::string to_text(const TeachReport& report, const std::string& file, bool loop);
-[[nodiscard]] nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file);
+[[nodiscard]] std::string to_text(const TeachReport& report, bool loop);
+[[nodiscard]] ReportFields fields(const TeachReport& report);
 
 /// Fails on flags of the script that drives a simulated robot, where it does not drive.
 [[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given);

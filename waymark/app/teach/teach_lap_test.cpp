@@ -52,23 +52,24 @@ TEST(TeachReportText, NamesTheTagThatWasSeenLeastAndTheNextCommand) {
   TeachReport report;
   report.summary.seen = {{tag(3), 40}, {tag(7), 4}};
   report.summary.mappable = true;
-  const std::string text = to_text(report, "lap.mcap", true);
+  report.file = "lap.mcap";
+  const std::string text = to_text(report, true);
   EXPECT_THAT(text, HasSubstr("Every tag was seen in 4 frames or more (tag36h11:7 in fewest)."));
   EXPECT_THAT(text, HasSubstr("The loop is not closed."));
   EXPECT_THAT(text, HasSubstr("waymark map lap.mcap -o map"));
 }
 
 TEST(TeachReportText, SaysNothingOfALoopWhereTheRouteIsOpenAndNothingOfTagsWhereNoneWasSeen) {
-  const std::string text = to_text(TeachReport{}, "lap.mcap", false);
+  const std::string text = to_text(TeachReport{}, false);
   EXPECT_THAT(text, Not(HasSubstr("loop")));
   EXPECT_THAT(text, Not(HasSubstr("in fewest")));
   EXPECT_THAT(text, HasSubstr("nothing to make a map of"));
 }
 
 TEST(TeachReportJson, HoldsWeakLinksByTheirTags) {
-  TeachReport report;
+  TeachReport report{.file = "lap.mcap"};
   report.summary.weak_links = {{.first = tag(1), .second = tag(2), .frames = 2}};
-  const auto json = to_json(report, "lap.mcap");
+  const auto json = to_json(fields(report));
   EXPECT_EQ(json["file"], "lap.mcap");
   ASSERT_EQ(json["weak_links"].size(), 1U);
   EXPECT_EQ(json["weak_links"][0]["tags"][1], "tag36h11:2");

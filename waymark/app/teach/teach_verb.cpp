@@ -53,8 +53,8 @@ ExitCode teach(const TeachArgs& args, Console& console) {
   const auto stop = setup->process.empty() ? nullptr : listen_for_stop("teach into " + job.output, console);
   const Result<TeachReport> report = teach_lap(*setup, job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  console.print(args.json ? json_line(to_json(*report, args.job.output))
-                          : to_text(*report, args.job.output, setup->simulated.world.path_closed));
+  console.print(args.json ? json_line(fields(*report))
+                          : to_text(*report, setup->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
   if (report->end.interrupted) {
     console.say(fmt::format("stopped by {}: the robot stands, and the recording is whole up to here",
@@ -75,7 +75,7 @@ Verb teach_verb() {
           R"(The recording holds what the robot sensed (tags, odometry, wheels, IMU), what it was told, its camera,
 and how it was made; the simulator adds the truth below /truth, which no estimator looks at. It opens
 in Foxglove Studio as it is. `waymark info` shows what a recording holds, `waymark map` makes a map of it.
-Ctrl-C stops the robot and closes the file. Keys of --json: docs/reference/cli.md.
+Ctrl-C stops the robot and closes the file.
 
 With --images the camera takes pictures: rendered with motion blur, noise and distortion, and looked at by the
 detector, on --threads threads; the bytes of the recording do not depend on how many. Without, corners with
@@ -102,7 +102,8 @@ Examples:
   waymark teach --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 \
     --driver gamepad -o mine.mcap
 )",
-      .prepare = prepared(teach)};
+      .prepare = prepared(teach),
+      .report = report_of<TeachReport>};
 }
 
 }  // namespace waymark::cli
