@@ -36,7 +36,7 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
   if (!setup) return console.failed(setup.error(), ExitCode::Usage);
   const Result<ExploreReport> report = explore_world(std::move(*setup), job, control_from(console));
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   if (report->interrupted) {
     console.say("stopped: the robot stands");
     return ExitCode::Interrupted;
@@ -55,7 +55,7 @@ Verb explore_verb() {
           R"(The robot drives forward with a heading that wanders at random, turns by a random angle where its lidar
 sees something near, and localises itself by the tags of the map: the exercise "Marker Based Visual Loc" of
 JdeRobot's Robotics Academy. What is reported of errors and collisions is by the truth of the simulator.
-A robot without a lidar gets one for it. Keys of --json: docs/reference/cli.md.
+A robot without a lidar gets one for it.
 
 Exit code: 0 nothing was met, 1 something was, or a file was unusable, 2 wrong usage, 130 stopped by Ctrl-C.
 
@@ -63,7 +63,8 @@ Examples:
   waymark explore --world academy-house --minutes 3
   waymark explore --world academy-house --robot-file turtlebot3-waffle --seed 2 --minutes 60 --json
 )",
-      .prepare = prepared(explore)};
+      .prepare = prepared(explore),
+      .report = report_of<ExploreReport>};
 }
 
 }  // namespace waymark::cli

@@ -7,7 +7,6 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/common/job_control.hpp"
@@ -180,25 +179,27 @@ std::string to_text(const ExploreReport& r) {
                     *r.heading_rmse_deg);
 }
 
-nlohmann::ordered_json to_json(const ExploreReport& r) {
-  const auto number = [](const std::optional<double>& value) -> nlohmann::ordered_json {
-    if (!value) return nullptr;
-    return *value;
-  };
-  return {{"seconds", r.seconds},
-          {"distance_m", r.distance_m},
-          {"turns", r.turns},
-          {"tags_seen", r.seen},
-          {"tags", r.tags},
-          {"collisions", r.collisions},
-          {"nearest_m", r.nearest_m},
-          {"certain_fraction", r.certain_fraction},
-          {"position_rmse_m", number(r.position_rmse_m)},
-          {"position_p95_m", number(r.position_p95_m)},
-          {"position_max_m", number(r.position_max_m)},
-          {"heading_rmse_deg", number(r.heading_rmse_deg)},
-          {"stands", r.stands},
-          {"wall_s", r.wall_s}};
+ReportFields fields(const ExploreReport& r) {
+  const auto nearest_m = std::isfinite(r.nearest_m) ? std::optional(r.nearest_m) : std::nullopt;
+  return {
+      {"seconds", "Duration of the drive [s]", r.seconds},
+      {"distance_m", "Driven distance, by the ground truth", r.distance_m},
+      {"turns", "Number of turns on the spot", r.turns},
+      {"tags_seen", "Names of the map tags that were seen", r.seen},
+      {"tags", "Number of tags in the map", r.tags},
+      {"collisions", "How often the hull hit a wall or furniture, by the ground truth", r.collisions},
+      {"nearest_m", "Smallest distance from the hull to these, by the ground truth; null: the world has none",
+       nearest_m},
+      {"certain_fraction", "Share of the estimates that were certain", r.certain_fraction},
+      {"position_rmse_m",
+       "Root mean square distance of certain estimates from the ground truth; null: there was none",
+       r.position_rmse_m},
+      {"position_p95_m", "95th percentile of these distances", r.position_p95_m},
+      {"position_max_m", "Largest of these distances", r.position_max_m},
+      {"heading_rmse_deg", "Root mean square heading error of certain estimates, by the ground truth",
+       r.heading_rmse_deg},
+      {"stands", "Why the robot stood still at the end; empty: it was driving", r.stands},
+      {"wall_s", "Elapsed real time", r.wall_s}};
 }
 
 }  // namespace waymark

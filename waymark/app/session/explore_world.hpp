@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
@@ -56,6 +55,6 @@ struct ExploreReport {
 [[nodiscard]] Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job,
                                                   const JobControl& control);
 [[nodiscard]] std::string to_text(const ExploreReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const ExploreReport& report);
+[[nodiscard]] ReportFields fields(const ExploreReport& report);
 
 }  // namespace waymark
