@@ -47,7 +47,7 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& set
   const auto stop = listen_for_stop("demo into " + demo.folder, console);
   const Result<SessionReport> report = run_session(setup, job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  if (args.json) console.print(json_line(to_json(*report)));
+  if (args.json) console.print(json_line(fields(*report)));
   return report->interrupted ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
@@ -68,7 +68,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     return ExitCode::Interrupted;
   }
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report, job)) : to_text(*report, *setup, job));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, *setup, job));
   console.warn(report->map.warnings);
   if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay, interrupted_by()));
   return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -97,7 +97,8 @@ Examples:
   waymark demo --laps 3 --world limo-walls -o out
   waymark demo --view --images --open
 )",
-      .prepare = prepared(demo)};
+      .prepare = prepared(demo),
+      .report = report_of<DemoReport>};
 }
 
 }  // namespace waymark::cli

@@ -4,7 +4,6 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/evaluate/report_page.hpp"
@@ -166,12 +165,12 @@ std::string to_text(const DemoReport& report, const RobotSetup& setup, const Dem
                      report.wall_s, world_s, job.folder);
 }
 
-nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job) {
-  return {{"teach", to_json(report.teach, (fs::path(job.folder) / "lap.mcap").string())},
-          {"map", to_json(report.map)},
-          {"replay", to_json(report.replay)},
-          {"figures", report.figures},
-          {"wall_s", report.wall_s}};
+ReportFields fields(const DemoReport& report) {
+  return {{"teach", "What `waymark teach` prints", report.teach},
+          {"map", "What `waymark map` prints", report.map},
+          {"replay", "What `waymark replay` prints", report.replay},
+          {"figures", "Files of the figures", report.figures},
+          {"wall_s", "Elapsed real time", report.wall_s}};
 }
 
 }  // namespace waymark

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/map/map_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
@@ -44,6 +45,6 @@ struct DemoReport {
 [[nodiscard]] std::string to_text(const DemoReport& report);
 /// The same with the world and the robot before it, the time and the folder behind it.
 [[nodiscard]] std::string to_text(const DemoReport& report, const RobotSetup& setup, const DemoJob& job);
-[[nodiscard]] nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job);
+[[nodiscard]] ReportFields fields(const DemoReport& report);
 
 }  // namespace waymark

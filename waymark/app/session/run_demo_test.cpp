@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
 
@@ -23,6 +24,17 @@ TEST(DemoReportText, HasRowsOnlyForWhatWasCompared) {
   report.replay.judgement->laps_completed = 2;
   EXPECT_THAT(to_text(report), HasSubstr("laps completed"));
   EXPECT_THAT(to_text(report), HasSubstr("from the taught way, rmse"));
+}
+
+TEST(DemoReportJson, HoldsTheReportsOfTheThreeSteps) {
+  const DemoReport report{.teach = {.file = "demo/lap.mcap"}, .figures = {"demo/map_error.svg"}, .wall_s = 2};
+  const auto json = to_json(fields(report));
+  EXPECT_EQ(json["teach"]["file"], "demo/lap.mcap");
+  EXPECT_EQ(json["map"], to_json(fields(report.map)));
+  EXPECT_EQ(json["replay"], to_json(fields(report.replay)));
+  EXPECT_EQ(json["figures"][0], "demo/map_error.svg");
+  EXPECT_EQ(json["wall_s"], 2.0);
+  EXPECT_EQ(json.size(), 5U);
 }
 
 TEST(DemoFolder, ADemoWritesOverItsOwnFilesAndNobodyElses) {

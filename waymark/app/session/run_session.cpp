@@ -9,7 +9,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/live/inputs.hpp"
 #include "waymark/app/live/live_robot.hpp"
@@ -313,12 +312,13 @@ std::string to_text(const SessionReport& report, std::string_view stopped_by) {
   return text;
 }
 
-nlohmann::ordered_json to_json(const SessionReport& report) {
-  auto replays = nlohmann::ordered_json::array();
-  for (const ReplayReport& replay : report.replays) replays.push_back(to_json(replay));
-  return {{"laps_taught", report.laps_taught}, {"mapping_s", report.mapping_s},
-          {"replays", std::move(replays)},     {"state", report.state},
-          {"reason", report.reason},           {"wall_s", report.wall_s}};
+ReportFields fields(const SessionReport& report) {
+  return {{"laps_taught", "Laps that were taught", report.laps_taught},
+          {"mapping_s", "From the end of each lap to its map", report.mapping_s},
+          {"replays", "One entry per replay, as `waymark replay` prints it", report.replays},
+          {"state", "Last state of the session", report.state},
+          {"reason", "Why the last replay or map ended as it did; empty: no problem", report.reason},
+          {"wall_s", "Elapsed real time", report.wall_s}};
 }
 
 }  // namespace waymark

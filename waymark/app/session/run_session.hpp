@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
 #include "waymark/app/teach/teach_lap.hpp"
@@ -132,7 +131,7 @@ struct SessionReport {
 [[nodiscard]] bool succeeded(const SessionReport& report);
 /// Laps, and how each replay ended.
 [[nodiscard]] std::string to_text(const SessionReport& report, std::string_view stopped_by = "its caller");
-[[nodiscard]] nlohmann::ordered_json to_json(const SessionReport& report);
+[[nodiscard]] ReportFields fields(const SessionReport& report);
 
 /// Fails on flags that have no effect with this robot and this driver; `view`: it is watched.
 [[nodiscard]] Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view,

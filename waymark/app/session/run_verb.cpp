@@ -66,7 +66,7 @@ ExitCode run(const RunArgs& args, Console& console) {
   const auto stop = listen_for_stop("run into " + args.job.folder.string(), console);
   const Result<SessionReport> report = run_session(*setup, job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, interrupted_by()));
   if (report->interrupted) {
     console.say(
         fmt::format("stopped by {}: the robot stands, and the files are whole up to here", interrupted_by()));
@@ -88,7 +88,6 @@ goes on; B (circle) or any stick stops. Keyboards and programs can do the same (
 while it is taught or replays, and nothing but the button sets it moving. Every stop has a reason in words.
 --view shows the robot in the browser, with the same buttons; other drivers keep theirs. One viewer at a time
 holds control. When it goes away while it teaches the robot stands, and a replay pauses (docs/howto/live.md).
-Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 every replay came to its end, 1 one did not, or something failed, 2 wrong usage, 130 stopped by
 Ctrl-C.
@@ -99,7 +98,8 @@ Examples:
   waymark run --world circuit24 --images --view --open -o session
   waymark run --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 -o session
 )",
-      .prepare = prepared(run)};
+      .prepare = prepared(run),
+      .report = report_of<SessionReport>};
 }
 
 }  // namespace waymark::cli
