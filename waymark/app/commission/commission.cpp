@@ -18,7 +18,6 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/commission/stop_trials.hpp"
 #include "waymark/app/common/output_files.hpp"
@@ -518,30 +517,39 @@ std::string to_text(const CommissionReport& report) {
   return text + "\n";
 }
 
-nlohmann::ordered_json to_json(const CommissionReport& report) {
-  auto findings = nlohmann::ordered_json::array();
-  for (const auto& [step, line] : report.findings)
-    findings.push_back({{"step", step},
-                        {"check", line.key},
-                        {"level", to_string(line.verdict)},
-                        {"words", line.words},
-                        {"mend", line.mend}});
-  nlohmann::ordered_json figures = nlohmann::ordered_json::object();
-  const CommissionFigures& f = report.figures;
-  const auto add = [&](const char* key, const std::optional<double>& value) {
-    if (value) figures[key] = *value;
-  };
-  add("response_s", f.response_s);
-  add("stopping_s", f.stopping_s);
-  add("stopping_m", f.stopping_m);
-  add("silence_stopping_s", f.silence_stopping_s);
-  add("kill_stopping_s", f.kill_stopping_s);
-  add("speed_scale", f.speed_scale);
-  add("yaw_rate_scale", f.yaw_rate_scale);
-  return {{"passed", report.passed},   {"interrupted", report.interrupted},
-          {"simulated", !report.real}, {"file", report.file},
-          {"kept", report.kept},       {"figures", figures},
-          {"findings", findings}};
+ReportFields fields(const CommissionFinding& finding) {
+  const CommissionLine& line = finding.line;
+  return {{"step", "lifted, stops, floor or end", finding.step},
+          {"check", "What was checked, such as odometry.yaw_rad or stop.kill", line.key},
+          {"level", "ok, warn or fail", to_string(line.verdict)},
+          {"words", "Result as a sentence", line.words},
+          {"mend", "Key or program to correct; empty: nothing to correct", line.mend}};
+}
+
+namespace {
+
+ReportFields fields_of(const CommissionFigures& figures) {
+  return {
+      {"response_s", "From a command to half the commanded speed", if_any(figures.response_s)},
+      {"stopping_s", "From the zero command to standing, at 0.1 m/s", if_any(figures.stopping_s)},
+      {"stopping_m", "Distance driven in that time", if_any(figures.stopping_m)},
+      {"silence_stopping_s", "From the last command to standing", if_any(figures.silence_stopping_s)},
+      {"kill_stopping_s", "From the end of the driving process to standing", if_any(figures.kill_stopping_s)},
+      {"speed_scale", "Measured speed over the commanded one", if_any(figures.speed_scale)},
+      {"yaw_rate_scale", "Measured yaw rate over the commanded one", if_any(figures.yaw_rate_scale)}};
+}
+
+}  // namespace
+
+ReportFields fields(const CommissionReport& report) {
+  return {{"passed", "No check failed, and the robot was driven on the floor", report.passed},
+          {"interrupted", "Stopped before the end; nothing was written", report.interrupted},
+          {"simulated", "The robot is simulated", !report.real},
+          {"file", "Robot's file that holds the result; empty: none was written", report.file},
+          {"kept", "Backup of the earlier file; empty: there was none", report.kept},
+          {"figures", "Measured values, as in the robot's file; those not measured are left out",
+           fields_of(report.figures)},
+          {"findings", "One entry per check", report.findings}};
 }
 
 }  // namespace waymark

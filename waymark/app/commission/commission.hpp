@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/yaml/commission_record.hpp"
@@ -79,6 +78,7 @@ struct CommissionReport {
 [[nodiscard]] std::string commission_file(const RobotSetup& setup);
 
 [[nodiscard]] std::string to_text(const CommissionReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const CommissionReport& report);
+[[nodiscard]] ReportFields fields(const CommissionFinding& finding);
+[[nodiscard]] ReportFields fields(const CommissionReport& report);
 
 }  // namespace waymark

@@ -36,7 +36,7 @@ ExitCode commission_robot(const CommissionArgs& args, Console& console) {
       commission(*setup, args.job,
                  args.job.yes || simulated ? CommissionPerson{} : person_at_terminal(control), control);
   if (!report) return fail_with(report.error(), console);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   if (report->interrupted) return ExitCode::Interrupted;
   return report->passed ? ExitCode::Ok : ExitCode::SomeFailed;
 }
@@ -65,7 +65,8 @@ Examples:
   waymark commission --robot ros2:limo --skip-lifted
   waymark commission --world circuit24
 )",
-      .prepare = prepared(commission_robot)};
+      .prepare = prepared(commission_robot),
+      .report = report_of<CommissionReport>};
 }
 
 }  // namespace waymark::cli

@@ -1,0 +1,26 @@
+// The report of a first drive as JSON.
+#include "waymark/app/commission/commission.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace waymark {
+namespace {
+
+TEST(CommissionReport, HasAnEntryPerFindingAndOnlyTheFiguresThatWereMeasured) {
+  EXPECT_EQ(to_json(fields(CommissionReport{})).dump(),
+            R"({"passed":false,"interrupted":false,"simulated":false,"file":"","kept":"","figures":{},)"
+            R"("findings":[]})");
+  CommissionReport report{.figures = {.response_s = 0.2, .yaw_rate_scale = 1}, .real = false};
+  report.findings = {{"stops", {"stop.kill", CommissionVerdict::Fail, "did not stop", "the watchdog"}}};
+  const auto json = to_json(fields(report));
+  EXPECT_EQ(json["simulated"], true);
+  EXPECT_EQ(json["figures"].dump(), R"({"response_s":0.2,"yaw_rate_scale":1.0})");
+  ASSERT_EQ(json["findings"].size(), 1U);
+  EXPECT_EQ(
+      json["findings"][0].dump(),
+      R"({"step":"stops","check":"stop.kill","level":"fail","words":"did not stop","mend":"the watchdog"})");
+}
+
+}  // namespace
+}  // namespace waymark
