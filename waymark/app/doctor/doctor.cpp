@@ -5,7 +5,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/doctor/robot_checks.hpp"
 #include "waymark/app/doctor/tag_checks.hpp"
@@ -65,7 +64,7 @@ Result<DoctorLine> processor_line(const LoopTrial& trial, const DoctorCancelled&
 
 }  // namespace
 
-Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCancelled& cancelled) {
+Result<DoctorReport> run_doctor(const DoctorJob& job, const DoctorCancelled& cancelled) {
   std::vector<DoctorLine> lines;
   const std::vector<CameraDevice> cameras = list_cameras();
   if (!cameras.empty() || job.sources.empty()) lines = check_cameras(cameras);
@@ -93,30 +92,29 @@ Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCan
     lines.push_back(std::move(*line));
   }
   if (cancelled()) return fail(ErrorCode::LimitExceeded, "stopped before all checks were made");
-  return lines;
+  return DoctorReport{std::move(lines)};
 }
 
-bool any_failed(const std::vector<DoctorLine>& lines) {
-  return std::ranges::find(lines, DoctorLevel::Fail, &DoctorLine::level) != lines.end();
+bool any_failed(const DoctorReport& report) {
+  return std::ranges::find(report.checks, DoctorLevel::Fail, &DoctorLine::level) != report.checks.end();
 }
 
-std::string to_text(const std::vector<DoctorLine>& lines) {
+std::string to_text(const DoctorReport& report) {
   std::string text;
-  for (const DoctorLine& line : lines) {
+  for (const DoctorLine& line : report.checks) {
     text += fmt::format("{:<5} {:<12} {}\n", to_string(line.level), line.key, line.words);
     if (!line.command.empty()) text += fmt::format("{:<19}{}\n", "", line.command);
   }
   return text;
 }
 
-nlohmann::ordered_json to_json(const std::vector<DoctorLine>& lines) {
-  auto checks = nlohmann::ordered_json::array();
-  for (const DoctorLine& line : lines)
-    checks.push_back({{"check", line.key},
-                      {"level", to_string(line.level)},
-                      {"words", line.words},
-                      {"command", line.command}});
-  return {{"checks", std::move(checks)}};
+ReportFields fields(const DoctorLine& line) {
+  return {{"check", "What was checked: camera, calibration, robot, map, disk, processor, ...", line.key},
+          {"level", "ok, warn or fail", to_string(line.level)},
+          {"words", "Result as a sentence", line.words},
+          {"command", "Command that fixes it or prints more; empty: nothing to fix", line.command}};
 }
+
+ReportFields fields(const DoctorReport& report) { return {{"checks", "One entry per check", report.checks}}; }
 
 }  // namespace waymark

@@ -1,7 +1,9 @@
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/doctor/tag_checks.hpp"
 #include "waymark/base/fields.hpp"
 
@@ -52,16 +54,20 @@ struct DoctorJob {
   }
 };
 
-/// All checks of a computer, in the order in which they are read. Takes two seconds for the loop and one for
-/// each camera. Fails where there is no such robot, nothing can be detected, or it was cancelled.
-[[nodiscard]] Result<std::vector<DoctorLine>> run_doctor(
+struct DoctorReport {
+  std::vector<DoctorLine> checks{};  ///< in the order in which they are read
+};
+
+/// All checks of a computer. Takes two seconds for the loop and one for each camera. Fails where there is no
+/// such robot, nothing can be detected, or it was cancelled.
+[[nodiscard]] Result<DoctorReport> run_doctor(
     const DoctorJob& job, const DoctorCancelled& cancelled = [] { return false; });
 
 /// Whether one of the checks failed.
-[[nodiscard]] bool any_failed(const std::vector<DoctorLine>& lines);
+[[nodiscard]] bool any_failed(const DoctorReport& report);
 /// A line each, and below it the command that mends it.
-[[nodiscard]] std::string to_text(const std::vector<DoctorLine>& lines);
-/// The keys of the JSON output of `waymark doctor` (docs/reference/cli.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<DoctorLine>& lines);
+[[nodiscard]] std::string to_text(const DoctorReport& report);
+[[nodiscard]] ReportFields fields(const DoctorLine& line);
+[[nodiscard]] ReportFields fields(const DoctorReport& report);
 
 }  // namespace waymark

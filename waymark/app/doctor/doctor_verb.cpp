@@ -9,14 +9,14 @@ struct DoctorArgs : JobArgs<DoctorJob> {
 };
 
 ExitCode examine(const DoctorArgs& args, Console& console) {
-  const auto lines = run_doctor(args.job, interrupted);
-  if (!lines) {
-    const ErrorCode code = lines.error().code;  // a file or profile that is named wrongly, too
+  const auto report = run_doctor(args.job, interrupted);
+  if (!report) {
+    const ErrorCode code = report.error().code;  // a file or profile that is named wrongly, too
     const bool usage = code == ErrorCode::InvalidArgument || code == ErrorCode::NotFound;
-    return console.failed(lines.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+    return console.failed(report.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
   }
-  console.print(args.json ? json_line(to_json(*lines)) : to_text(*lines));
-  return any_failed(*lines) ? ExitCode::SomeFailed : ExitCode::Ok;
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
+  return any_failed(*report) ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
 }  // namespace
@@ -43,7 +43,8 @@ Examples:
   waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --map map
   waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --tag-at-m 1 --tag-size-m 0.16
 )",
-      .prepare = prepared(examine)};
+      .prepare = prepared(examine),
+      .report = report_of<DoctorReport>};
 }
 
 }  // namespace waymark::cli
