@@ -140,7 +140,8 @@ void CameraPage::publish_text(const CameraPicture& seen, const PoseList& poses) 
   text_sent_ = seen.frame.stamp;
   if (seen.frame.stamp - controls_read_ >= kControlsPeriod) {
     controls_read_ = seen.frame.stamp;
-    controls_ = to_json(camera_.controls());
+    controls_ = ordered_json::array();
+    for (const CameraControl& control : camera_.controls()) controls_.push_back(to_json(fields(control)));
   }
   ordered_json tags = ordered_json::array();
   for (std::size_t i = 0; i < seen.found.detections.size(); ++i) {

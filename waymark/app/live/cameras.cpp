@@ -11,10 +11,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_description.hpp"
-#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/cameras/gstreamer/gstreamer_camera.hpp"
 #include "waymark/cameras/v4l2/v4l2_camera.hpp"
@@ -74,8 +72,6 @@ Result<std::unique_ptr<LiveCamera>> open_live_camera(const std::string& address,
 
 namespace {
 
-using nlohmann::ordered_json;
-
 constexpr std::array<std::string_view, 4> kMain = {"exposure_ms", "gain", "focus", "white_balance_k"};
 
 std::string mode_text(const CameraMode& mode) {
@@ -112,64 +108,61 @@ std::string device_text(const CameraDevice& device, bool all_controls) {
   return text;
 }
 
-ordered_json mode_json(const CameraMode& mode) {
-  ordered_json one{{"format", mode.format},
-                   {"readable", mode.readable},
-                   {"width_px", mode.width},
-                   {"height_px", mode.height},
-                   {"rates_hz", mode.rates_hz}};
-  if (mode.largest) {
-    one["least_width_px"] = mode.least_width;
-    one["least_height_px"] = mode.least_height;
-  }
-  return one;
-}
-
 }  // namespace
 
-Result<std::vector<CameraDevice>> find_cameras(const CamerasJob& job) {
-  if (job.device.empty()) return list_cameras();
+Result<CamerasReport> find_cameras(const CamerasJob& job) {
+  if (job.device.empty()) return CamerasReport{list_cameras()};
   auto one = describe_camera(job.device);
   if (!one) return tl::unexpected(one.error());
-  return std::vector<CameraDevice>{std::move(*one)};
+  return CamerasReport{{std::move(*one)}};
 }
 
-std::string to_text(const std::vector<CameraDevice>& devices, bool controls) {
+std::string to_text(const CamerasReport& report, bool controls) {
   std::string text;
-  for (const CameraDevice& device : devices) text += device_text(device, controls);
+  for (const CameraDevice& device : report.cameras) text += device_text(device, controls);
   return text;
 }
 
-ordered_json to_json(const std::vector<CameraControl>& controls) {
-  ordered_json list = ordered_json::array();
-  for (const CameraControl& control : controls) {
-    ordered_json one{{"name", control.name},
-                     {"value", control.value},
-                     {"min", control.min},
-                     {"max", control.max},
-                     {"step", control.step},
-                     {"default", control.preset},
-                     {"automatic", control.automatic},
-                     {"writable", control.writable}};
-    if (!control.words.empty()) one["words"] = control.words;
-    list.push_back(std::move(one));
-  }
-  return list;
+ReportFields fields(const CameraMode& mode) {
+  const auto of_largest = [&](int size_px) { return mode.largest ? std::optional(size_px) : std::nullopt; };
+  return {{"format", "Pixel format, such as YUYV", mode.format},
+          {"readable", "Waymark reads this format", mode.readable},
+          {"width_px", "Width; of a device that takes any size the largest", mode.width},
+          {"height_px", "Height; of a device that takes any size the largest", mode.height},
+          {"rates_hz", "Frame rates, highest first; empty: not reported by the driver", mode.rates_hz},
+          {"least_width_px", "Smallest width, only of a device that takes any size",
+           if_any(of_largest(mode.least_width))},
+          {"least_height_px", "Smallest height, only of a device that takes any size",
+           if_any(of_largest(mode.least_height))}};
 }
 
-ordered_json to_json(const std::vector<CameraDevice>& devices) {
-  ordered_json list = ordered_json::array();
-  for (const CameraDevice& device : devices) {
-    ordered_json modes = ordered_json::array();
-    for (const CameraMode& mode : device.modes) modes.push_back(mode_json(mode));
-    ordered_json one{{"path", device.path}, {"by_id", device.by_id},
-                     {"card", device.card}, {"driver", device.driver},
-                     {"bus", device.bus},   {"in_use_by", device.holder},
-                     {"modes", modes},      {"controls", to_json(device.controls)}};
-    if (device.problem) one["problem"] = to_json(fields(*device.problem));
-    list.push_back(std::move(one));
-  }
-  return {{"cameras", std::move(list)}};
+ReportFields fields(const CameraControl& control) {
+  const auto words = control.words.empty() ? std::nullopt : std::optional(control.words);
+  return {{"name", "Name with the unit, such as exposure_ms, else that of the driver", control.name},
+          {"value", "Current value", control.value},
+          {"min", "Smallest value", control.min},
+          {"max", "Largest value", control.max},
+          {"step", "Step between values", control.step},
+          {"default", "Default of the driver", control.preset},
+          {"automatic", "The camera changes the value by itself", control.automatic},
+          {"writable", "The value can be set now, or once the automatic mode is off", control.writable},
+          {"words", "Names of the values from min on, only of a menu", if_any(words)}};
+}
+
+ReportFields fields(const CameraDevice& device) {
+  return {{"path", "Device, such as /dev/video0", device.path},
+          {"by_id", "Link that stays the same whatever the socket; may be empty", device.by_id},
+          {"card", "Name of the camera", device.card},
+          {"driver", "Name of its driver", device.driver},
+          {"bus", "Connection to the computer", device.bus},
+          {"in_use_by", "Program that uses it; empty: none is known", device.holder},
+          {"modes", "One entry per format and size", device.modes},
+          {"controls", "One entry per control", device.controls},
+          {"problem", "Why the device cannot be used, only where it cannot", if_any(device.problem)}};
+}
+
+ReportFields fields(const CamerasReport& report) {
+  return {{"cameras", "One entry per device", report.cameras}};
 }
 
 namespace {

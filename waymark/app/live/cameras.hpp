@@ -8,8 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/base/time.hpp"
 #include "waymark/cameras/v4l2/device_list.hpp"
@@ -54,14 +53,18 @@ struct CamerasJob {
           JobField("controls", "List all controls, not only exposure, gain, focus and white balance"));
   }
 };
-[[nodiscard]] Result<std::vector<CameraDevice>> find_cameras(const CamerasJob& job);
+struct CamerasReport {
+  std::vector<CameraDevice> cameras{};
+};
+[[nodiscard]] Result<CamerasReport> find_cameras(const CamerasJob& job);
 
 /// The cameras of this computer as a table for people; ends with an end of line. With `controls` all of them,
 /// with their ranges.
-[[nodiscard]] std::string to_text(const std::vector<CameraDevice>& devices, bool controls);
-/// The keys of the JSON output of `waymark cameras` (docs/reference/cli.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<CameraDevice>& devices);
-[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<CameraControl>& controls);
+[[nodiscard]] std::string to_text(const CamerasReport& report, bool controls);
+[[nodiscard]] ReportFields fields(const CameraMode& mode);
+[[nodiscard]] ReportFields fields(const CameraControl& control);
+[[nodiscard]] ReportFields fields(const CameraDevice& device);
+[[nodiscard]] ReportFields fields(const CamerasReport& report);
 
 /// The clocks of this computer; tests give their own.
 struct SystemClocks {

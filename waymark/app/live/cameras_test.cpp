@@ -117,14 +117,14 @@ TEST(CamerasText, WhatADriverSaysOfItselfCannotMoveTheCursor) {
                                           .words = {"a",
                                                     "\x07"
                                                     "b"}}}};
-  const std::string text = to_text(std::vector{device}, true);
+  const std::string text = to_text(CamerasReport{{device}}, true);
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
   EXPECT_EQ(text.find('\x07'), std::string::npos);
   EXPECT_THAT(text, HasSubstr("(not read by waymark)"));
   EXPECT_THAT(text, HasSubstr("hue"));
-  EXPECT_THAT(to_text(std::vector{device}, false), Not(HasSubstr("hue")))
+  EXPECT_THAT(to_text(CamerasReport{{device}}, false), Not(HasSubstr("hue")))
       << "only what matters for measuring";
-  const json value = json(to_json(std::vector{device}));
+  const json value = json(to_json(fields(CamerasReport{{device}})));
   EXPECT_EQ(value["cameras"][0]["controls"].size(), 2U);
   EXPECT_FALSE(value["cameras"][0].contains("problem"));
 }
@@ -134,12 +134,12 @@ TEST(CamerasText, AValueBeyondItsMenuHasNoWord) {
                       .controls = {{.name = "mode", .max = 9, .words = {"off", "on"}}}};
   for (const double value : {-1.0, 2.0, 1e300}) {
     device.controls[0].value = value;
-    const std::string text = to_text(std::vector{device}, true);
+    const std::string text = to_text(CamerasReport{{device}}, true);
     EXPECT_THAT(text, Not(HasSubstr("(off)")));
     EXPECT_THAT(text, Not(HasSubstr("(on)")));
   }
   device.controls[0].value = 1;
-  EXPECT_THAT(to_text(std::vector{device}, true), HasSubstr("(on)"));
+  EXPECT_THAT(to_text(CamerasReport{{device}}, true), HasSubstr("(on)"));
 }
 
 }  // namespace

@@ -10,13 +10,13 @@ struct CamerasArgs : JobArgs<CamerasJob> {
 };
 
 ExitCode list(const CamerasArgs& args, Console& console) {
-  const auto devices = find_cameras(args.job);
-  if (!devices) return console.failed(devices.error(), ExitCode::SomeFailed);
-  if (args.json) console.print(json_line(to_json(*devices)));
-  if (devices->empty())
+  const auto report = find_cameras(args.job);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (args.json) console.print(json_line(fields(*report)));
+  if (report->cameras.empty())
     console.say("this computer has no camera: none of /dev/video* delivers pictures");
   else if (!args.json)
-    console.print(to_text(*devices, args.job.controls));
+    console.print(to_text(*report, args.job.controls));
   return ExitCode::Ok;
 }
 
@@ -39,7 +39,8 @@ Examples:
   waymark cameras
   waymark cameras /dev/video0 --controls
 )",
-      .prepare = prepared(list)};
+      .prepare = prepared(list),
+      .report = report_of<CamerasReport>};
 }
 
 }  // namespace waymark::cli
