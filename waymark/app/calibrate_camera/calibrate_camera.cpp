@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
@@ -408,38 +407,71 @@ double sigma_of(const CameraCalibration& found, std::size_t parameter) {
   return std::sqrt(std::max(0.0, found.covariance(k, k)));
 }
 
-nlohmann::ordered_json to_json(const CalibrateCameraReport& report) {
+namespace {
+
+struct TriedLens {
+  LensTrial trial{};
+};
+
+ReportFields fields(const TriedLens& tried) {
+  return {{"lens", "Its name", to_string(tried.trial.lens)},
+          {"held_out_rms_px", "Root mean square error in held-out images; null: it could not be fitted",
+           tried.trial.held_out_rms_px}};
+}
+
+struct UsedPicture {
+  std::string picture{};
+  std::string marks_word = "tags";
+  CalibratedView view{};
+};
+
+ReportFields fields(const UsedPicture& used) {
+  return {{"picture", "Name of the image", used.picture},
+          {used.marks_word, "Tags in the fit; of a board with corners the key is corners", used.view.marks},
+          {"rejected", "Tags or corners rejected as outliers", used.view.rejected},
+          {"rms_px", "Root mean square reprojection error", used.view.rms_px},
+          {"tilt_deg", "Angle between the optical axis and the normal of the target", used.view.tilt_deg},
+          {"distance_m", "From the camera to the middle of the visible marks", used.view.distance_m}};
+}
+
+struct FittedRegion {
+  ImageRegion region{};
+};
+
+ReportFields fields(const FittedRegion& part) {
+  return {{"corners", "Corners in this ninth", part.region.corners},
+          {"rms_px", "Their root mean square reprojection error", part.region.rms_px}};
+}
+
+}  // namespace
+
+ReportFields fields(const CalibrateCameraReport& report) {
   const CameraCalibration& found = report.found;
-  nlohmann::ordered_json json = {{"lens", to_string(found.lens)},
-                                 {"width_px", found.camera.width_px()},
-                                 {"height_px", found.camera.height_px()},
-                                 {"rms_px", found.rms_px},
-                                 {"held_out_rms_px", found.held_out_rms_px},
-                                 {"noise_scale", found.noise_scale}};
+  ReportFields parameters;
   for (std::size_t i = 0; i < found.names.size(); ++i)
-    json["parameters"][found.names[i]] = {{"value", found.parameters[static_cast<Eigen::Index>(i)]},
-                                          {"sigma", sigma_of(found, i)}};
-  json["lenses"] = nlohmann::ordered_json::array();
-  for (const LensTrial& trial : found.trials)
-    json["lenses"].push_back(
-        {{"lens", to_string(trial.lens)},
-         {"held_out_rms_px", trial.held_out_rms_px ? nlohmann::ordered_json(*trial.held_out_rms_px)
-                                                   : nlohmann::ordered_json(nullptr)}});
-  json["pictures"] = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < found.views.size(); ++i) {
-    const CalibratedView& view = found.views[i];
-    json["pictures"].push_back({{"picture", report.pictures[i]},
-                                {report.marks_word, view.marks},
-                                {"rejected", view.rejected},
-                                {"rms_px", view.rms_px},
-                                {"tilt_deg", view.tilt_deg},
-                                {"distance_m", view.distance_m}});
-  }
-  json["regions"] = nlohmann::ordered_json::array();
-  for (const ImageRegion& region : found.regions)
-    json["regions"].push_back({{"corners", region.corners}, {"rms_px", region.rms_px}});
-  json["advice"] = found.advice;
-  return json;
+    parameters.push_back({found.names[i], "",
+                          ReportFields{{"value", "", found.parameters[static_cast<Eigen::Index>(i)]},
+                                       {"sigma", "", sigma_of(found, i)}}});
+  std::vector<TriedLens> lenses;
+  for (const LensTrial& trial : found.trials) lenses.push_back({trial});
+  std::vector<UsedPicture> pictures;
+  for (std::size_t i = 0; i < found.views.size(); ++i)
+    pictures.push_back({report.pictures[i], report.marks_word, found.views[i]});
+  std::vector<FittedRegion> regions;
+  for (const ImageRegion& region : found.regions) regions.push_back({region});
+  return {
+      {"lens", "Lens model: none, radtan4, radtan5, rational8 or equidistant", to_string(found.lens)},
+      {"width_px", "Width of the images", found.camera.width_px()},
+      {"height_px", "Height of the images", found.camera.height_px()},
+      {"rms_px", "Root mean square reprojection error of the corners in the fit", found.rms_px},
+      {"held_out_rms_px", "The same of images that are predicted by a fit without them",
+       found.held_out_rms_px},
+      {"noise_scale", "Residuals over the standard deviations of the detected corners", found.noise_scale},
+      {"parameters", "Name of each parameter, with value and sigma, its standard deviation", parameters},
+      {"lenses", "One entry per lens model that was tried", lenses},
+      {"pictures", "One entry per image", pictures},
+      {"regions", "One entry per ninth of the image, row by row from the top left", regions},
+      {"advice", "What else to photograph; empty: nothing is missing", found.advice}};
 }
 
 // Its table.

@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/calibrate_camera/calibration_target.hpp"
 #include "waymark/app/common/detect_all.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/base/time.hpp"
+#include "waymark/camera/camera_model.hpp"
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
@@ -120,7 +120,9 @@ struct CalibrateCameraJob {
 [[nodiscard]] Status check_job(const CalibrateCameraJob& job, const GivenFlags& given);
 
 struct CalibrateCameraReport {
-  CameraCalibration found;
+  /// A camera of one pixel until it is found.
+  CameraCalibration found{
+      .camera = CameraModel::make(PinholeRadtan{.fx = 1, .fy = 1, .cx = 0.5, .cy = 0.5}, 1, 1).value()};
   std::vector<std::string> pictures{};  ///< that were used, as found.views
   std::vector<TargetPicture> marks{};   ///< of each picture
   std::string marks_word = "tags";      ///< what a mark of the target is: "tags" or "corners"
@@ -142,8 +144,7 @@ struct CalibrateCameraReport {
 [[nodiscard]] Status write_camera_calibration(const CameraFitJob& job, const CalibrateCameraReport& report);
 /// Standard deviation of a parameter.
 [[nodiscard]] double sigma_of(const CameraCalibration& found, std::size_t parameter);
-/// The contract of the JSON output of calibrate camera (docs/reference/cli.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const CalibrateCameraReport& report);
+[[nodiscard]] ReportFields fields(const CalibrateCameraReport& report);
 
 /// Numbers with their standard deviations, lenses tried, pictures, parts of the image, advice.
 [[nodiscard]] std::string to_text(const CalibrateCameraReport& report);

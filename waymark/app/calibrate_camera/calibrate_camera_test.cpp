@@ -10,6 +10,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
 #include "waymark/base/angles.hpp"
@@ -38,6 +39,22 @@ StampedMarks board_at(int k, double x_px, int tags = 6) {
     picture.marks.push_back(tag);
   }
   return picture;
+}
+
+TEST(CalibrateCameraReport, NamesParametersAndTheMarksOfItsTarget) {
+  EXPECT_EQ(to_json(fields(CalibrateCameraReport{}))["regions"].size(), 9U);
+  CalibrateCameraReport report{.pictures = {"a.png"}, .marks_word = "corners"};
+  report.found.names = {"fx_px"};
+  report.found.parameters = Eigen::VectorXd::Constant(1, 440);
+  report.found.covariance = Eigen::MatrixXd::Constant(1, 1, 0.25);
+  report.found.views = {{.marks = 30, .rejected = 1, .rms_px = 0.5, .tilt_deg = 20, .distance_m = 2}};
+  report.found.trials = {{.lens = LensModel::Radtan4}};
+  const auto json = to_json(fields(report));
+  EXPECT_EQ(json["parameters"].dump(), R"({"fx_px":{"value":440.0,"sigma":0.5}})");
+  EXPECT_EQ(json["lenses"].dump(), R"([{"lens":"radtan4","held_out_rms_px":null}])");
+  EXPECT_EQ(
+      json["pictures"].dump(),
+      R"([{"picture":"a.png","corners":30,"rejected":1,"rms_px":0.5,"tilt_deg":20.0,"distance_m":2.0}])");
 }
 
 TEST(VideoViews, StillPicturesAreTakenOnceForEachPlace) {

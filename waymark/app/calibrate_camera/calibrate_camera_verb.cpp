@@ -88,6 +88,7 @@ Examples:
   waymark detect photograph.png --camera calibration.yaml --tag-size-m 0.16
 )",
       .prepare = prepared(calibrate_by_images),
+      .report = report_of<CalibrateCameraReport>,
       .usual_verb = verb_meant_by};
 }
 

@@ -78,7 +78,7 @@ Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, con
     const bool told = teller.tell(seen.frame.stamp, *taken);
     if (page == nullptr) return {};
     if (told) page->say(to_text(guided.status()));
-    page->guide(to_json(guided.status(), job.guide), *taken);
+    page->guide(to_json(fields(guided.status())), *taken);
     page->show(seen, {});
     return {};
   };

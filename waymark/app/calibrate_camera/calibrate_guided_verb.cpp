@@ -65,7 +65,8 @@ Examples:
   waymark calibrate guided v4l2:/dev/video0 --cols 6 --rows 5 --tag-size-m 0.025 --resume views --view -o calibration.yaml
   waymark calibrate guided board.mp4 --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
 )",
-      .prepare = prepared(calibrate_by_guide)};
+      .prepare = prepared(calibrate_by_guide),
+      .report = report_of<CalibrateCameraReport>};
 }
 
 }  // namespace waymark::cli

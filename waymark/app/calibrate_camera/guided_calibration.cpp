@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/picture_files.hpp"
 #include "waymark/codecs/image_file.hpp"
@@ -16,25 +15,31 @@ namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
-ordered_json parts_of(const GuideStatus& status, const CoverageOptions& options) {
-  ordered_json parts = ordered_json::array();
-  for (std::size_t i = 0; i < status.coverage.corners.size(); ++i)
-    parts.push_back({{"part", image_part_names().at(i)},
-                     {"corners", status.coverage.corners.at(i)},
-                     {"corners_wanted", options.corners_each_part},
-                     {"corners_in_picture", status.in_picture.at(i)}});
-  return parts;
+struct GuidePart {
+  std::string name{};
+  int corners = 0;
+  int corners_wanted = 0;
+  int corners_in_picture = 0;
+};
+
+ReportFields fields(const GuidePart& part) {
+  return {{"part", "Its name, such as top left", part.name},
+          {"corners", "Corners there in all views", part.corners},
+          {"corners_wanted", "Corners that are needed there", part.corners_wanted},
+          {"corners_in_picture", "Corners there in the last image", part.corners_in_picture}};
 }
 
-ordered_json tilts_of(const GuideStatus& status, const CoverageOptions& options) {
-  ordered_json tilts = ordered_json::array();
-  for (const auto& [tilt, edge] : tilts_with_edges())
-    tilts.push_back({{"nearer_edge", edge},
-                     {"views", status.coverage.tilts.at(static_cast<std::size_t>(tilt))},
-                     {"views_wanted", options.views_each_tilt}});
-  return tilts;
+struct GuideTilt {
+  std::string nearer_edge{};
+  int views = 0;
+  int views_wanted = 0;
+};
+
+ReportFields fields(const GuideTilt& tilt) {
+  return {{"nearer_edge", "Edge of the board that is nearer to the camera", tilt.nearer_edge},
+          {"views", "Views with this tilt", tilt.views},
+          {"views_wanted", "Views with this tilt that are needed", tilt.views_wanted}};
 }
 
 }  // namespace
@@ -55,18 +60,29 @@ std::string to_text(const GuideStatus& status) {
                                           status.missing.begin() + static_cast<std::ptrdiff_t>(told), "; "));
 }
 
-ordered_json to_json(const GuideStatus& status, const GuideOptions& options) {
-  ordered_json json{{"picture", to_string(status.picture)},
-                    {"views", status.coverage.views},
-                    {"views_wanted", options.coverage.views}};
-  if (status.held_out_rms_px) json["held_out_rms_px"] = *status.held_out_rms_px;
-  if (status.focal_share) json["focal_sigma_share"] = *status.focal_share;
-  json["focal_sigma_share_wanted"] = options.focal_share;
-  json["parts"] = parts_of(status, options.coverage);
-  json["tilts"] = tilts_of(status, options.coverage);
-  json["missing"] = status.missing;
-  json["good_enough"] = status.good_enough;
-  return json;
+ReportFields fields(const GuideStatus& status) {
+  const CoverageOptions& wanted = status.wanted.coverage;
+  std::vector<GuidePart> parts;
+  for (std::size_t i = 0; i < status.coverage.corners.size(); ++i)
+    parts.push_back({image_part_names().at(i), status.coverage.corners.at(i), wanted.corners_each_part,
+                     status.in_picture.at(i)});
+  std::vector<GuideTilt> tilts;
+  for (const auto& [tilt, edge] : tilts_with_edges())
+    tilts.push_back({edge, status.coverage.tilts.at(static_cast<std::size_t>(tilt)), wanted.views_each_tilt});
+  return {
+      {"picture", "What became of the last image", to_string(status.picture)},
+      {"views", "Views so far", status.coverage.views},
+      {"views_wanted", "Views that are needed", wanted.views},
+      {"held_out_rms_px", "Root mean square error in held-out views, from the fourth view on",
+       if_any(status.held_out_rms_px)},
+      {"focal_sigma_share",
+       "Standard deviation of the focal length as a share of it, from the fourth view on",
+       if_any(status.focal_share)},
+      {"focal_sigma_share_wanted", "The share that is small enough", status.wanted.focal_share},
+      {"parts", "One entry per ninth of the image, row by row from the top left", parts},
+      {"tilts", "One entry per direction of tilt", tilts},
+      {"missing", "Views that are missing, most important first", status.missing},
+      {"good_enough", "Nothing is missing, or the largest number of views is reached", status.good_enough}};
 }
 
 GuidedCalibration::GuidedCalibration(const CameraFitJob& fit, const CalibrationTarget& target,
@@ -77,6 +93,7 @@ GuidedCalibration::GuidedCalibration(const CameraFitJob& fit, const CalibrationT
       options_(options),
       folder_(std::move(folder)),
       capture_(options.capture) {
+  status_.wanted = options_;
   status_.missing = missing_views(status_.coverage, options_.coverage);
 }
 

@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/calibrate_camera/calibrate_camera.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/mapping/camera/calibration_views.hpp"
 
 /// Calibration while somebody holds a board before the camera: `waymark calibrate guided`.
@@ -35,6 +34,7 @@ struct GuideOptions {
 
 /// How far a guided calibration is.
 struct GuideStatus {
+  GuideOptions wanted{};     ///< what it is measured by
   CaptureVerdict picture{};  ///< what became of the last picture
   ViewCoverage coverage{};
   std::array<int, 9> in_picture{};          ///< corners in each ninth of the last picture
@@ -50,7 +50,7 @@ struct GuideStatus {
 [[nodiscard]] std::string to_text(const GuideStatus& status);
 
 /// What is there and what is wanted, of each part of the picture and each tilt (docs/formats/live.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const GuideStatus& status, const GuideOptions& options);
+[[nodiscard]] ReportFields fields(const GuideStatus& status);
 
 /// Takes views from the pictures of a camera until they tell it well enough.
 class GuidedCalibration {

@@ -27,7 +27,7 @@ using ::testing::Not;
 
 /// Seven views: one tilted to the left, the corners of two parts of the picture not reached.
 GuideStatus some_views(const GuideOptions& options) {
-  GuideStatus status;
+  GuideStatus status{.wanted = options};
   status.picture = CaptureVerdict::Moving;
   status.coverage = {.views = 7, .corners = {0, 40, 40, 40, 40, 40, 40, 40, 19}, .tilts = {1, 1, 2, 2, 2}};
   status.in_picture = {5, 1, 0, 0, 0, 0, 0, 0, 0};
@@ -54,7 +54,7 @@ TEST(GuidedCalibration, BeforeTheFirstViewALineNamesBoth) {
 TEST(GuidedCalibration, JsonHasEveryPartAndTiltWithWhatIsWanted) {
   GuideOptions options;
   options.coverage.corners_each_part = 30;
-  const auto json = to_json(some_views(options), options);
+  const auto json = to_json(fields(some_views(options)));
   EXPECT_EQ(json["picture"], "hold still");
   EXPECT_EQ(json["views"], 7);
   EXPECT_EQ(json["views_wanted"], 12);
@@ -73,7 +73,7 @@ TEST(GuidedCalibration, JsonHasEveryPartAndTiltWithWhatIsWanted) {
 }
 
 TEST(GuidedCalibration, JsonHasNoFiguresBeforeTheFirstFit) {
-  const auto json = to_json(GuideStatus(), GuideOptions());
+  const auto json = to_json(fields(GuideStatus()));
   EXPECT_FALSE(json.contains("focal_sigma_share"));
   EXPECT_FALSE(json.contains("held_out_rms_px"));
 }

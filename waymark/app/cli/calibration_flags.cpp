@@ -1,7 +1,5 @@
 #include "waymark/app/cli/calibration_flags.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "waymark/app/common/report_fields.hpp"
 
 namespace waymark::cli {
@@ -21,7 +19,7 @@ ExitCode fail_before_reading(const Error& error, Console& console) {
 ExitCode print_and_write(const Result<CalibrateCameraReport>& report, const CameraFitJob& fit, bool json,
                          Console& console) {
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(json ? json_line(to_json(*report)) : to_text(*report));
+  console.print(json ? json_line(fields(*report)) : to_text(*report));
   const Status written = write_camera_calibration(fit, *report);
   return written ? ExitCode::Ok : console.failed(written.error(), ExitCode::SomeFailed);
 }
