@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
@@ -295,30 +294,37 @@ Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
   return earlier;
 }
 
-nlohmann::ordered_json to_json(const CalibrateRobotReport& report) {
-  nlohmann::ordered_json json;
+ReportFields fields(const CalibrateRobotReport& report) {
+  ReportFields values;
   for (const std::string& name : calibration_names()) {
     const auto found = report.calibration.values.find(name);
     if (found == report.calibration.values.end()) continue;
     const CalibratedValue& v = found->second;
-    json["values"][name] = {{"value", v.value},
-                            {"sigma", v.sigma},
-                            {"verdict", v.verdict == CalibrationVerdict::Known ? "known" : "unobservable"},
-                            {"advice", v.advice}};
+    const bool known = v.verdict == CalibrationVerdict::Known;
+    values.push_back({name, "",
+                      ReportFields{{"value", "", v.value},
+                                   {"sigma", "", v.sigma},
+                                   {"verdict", "", known ? "known" : "unobservable"},
+                                   {"advice", "", v.advice}}});
   }
-  if (report.lap) {
-    json["tags"] = report.lap->map.map.tags.size();
-    json["corners_rms_px"] = report.lap->map.rms_px;
-  }
-  if (!report.innovations) return json;
-  const InnovationFit& fit = *report.innovations;
-  json["innovations_before"] = fit.cost_before;
-  json["innovations_after"] = fit.cost_after;
-  json["held_out_before"] = fit.held_out_before;
-  json["held_out_after"] = fit.held_out_after;
-  json["improved"] = fit.improved;
-  json["runs"] = fit.runs;
-  return json;
+  const auto& fit = report.innovations;
+  return {{"values", "Values by their names in calibration.yaml, with value, sigma, verdict and advice",
+           if_any(values.empty() ? std::nullopt : std::optional(values))},
+          {"tags", "By lap: tags that were mapped",
+           if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.map.tags.size(); }))},
+          {"corners_rms_px", "By lap: root mean square reprojection error of the corners",
+           if_any(part(report.lap, [](const LapCalibration& lap) { return lap.map.rms_px; }))},
+          {"innovations_before", "By innovations: mean square per degree of freedom, with the given values",
+           if_any(part(fit, &InnovationFit::cost_before))},
+          {"innovations_after", "The same with the values that were found",
+           if_any(part(fit, &InnovationFit::cost_after))},
+          {"held_out_before", "As innovations_before, of the third of the drive that was not fitted",
+           if_any(part(fit, &InnovationFit::held_out_before))},
+          {"held_out_after", "As innovations_after, of the third of the drive that was not fitted",
+           if_any(part(fit, &InnovationFit::held_out_after))},
+          {"improved", "The new values fit better, both the fitted and the held-out part of the drive",
+           if_any(part(fit, &InnovationFit::improved))},
+          {"runs", "Runs of the filter", if_any(part(fit, &InnovationFit::runs))}};
 }
 
 std::string to_text(const CalibrateRobotReport& report) {

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/localize/localize_log.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/localization/innovation_fits.hpp"
@@ -91,7 +90,7 @@ struct CalibrateRobotReport {
 /// told no number, or no better ones than were given.
 [[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
                                                           const CalibrateRobotReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const CalibrateRobotReport& report);
+[[nodiscard]] ReportFields fields(const CalibrateRobotReport& report);
 
 /// A line a number: its value and standard deviation, or what to drive to tell it.
 [[nodiscard]] std::string to_text(const CalibrateRobotReport& report);

@@ -62,7 +62,7 @@ TEST(CalibrateByLap, AMountingThatIsWrongInTheFileIsFoundWithinItsDoubt) {
   ASSERT_TRUE(written) << to_string(written.error());
   EXPECT_EQ(written->values.size(), report->calibration.values.size());
   EXPECT_EQ(written->known("mounting_yaw_rad"), report->calibration.known("mounting_yaw_rad"));
-  const auto json = to_json(*report);
+  const auto json = to_json(fields(*report));
   EXPECT_EQ(json["tags"], 24);
   EXPECT_LT(json["corners_rms_px"].get<double>(), 2);
 }
@@ -105,7 +105,7 @@ TEST(CalibrateByInnovations, TheNumbersThatPredictBestAreToldAndCancellingEndsTh
   EXPECT_FALSE(report->lap);
   EXPECT_EQ(words.front(), "run 1 of the filter over the recording, of some twenty");
   EXPECT_LE(report->innovations->cost_after, report->innovations->cost_before + 1e-9);
-  const auto json = to_json(*report);
+  const auto json = to_json(fields(*report));
   EXPECT_EQ(json["runs"], report->innovations->runs);
   for (const auto& [name, value] : report->calibration.values)
     EXPECT_EQ(value.verdict == CalibrationVerdict::Unobservable && value.advice.empty(), false) << name;
@@ -183,7 +183,7 @@ TEST(CalibrateRobot, WhatTellsNothingIsNotWritten) {
   const auto worse = write_robot_calibration(job, report);
   ASSERT_FALSE(worse);
   EXPECT_THAT(to_string(worse.error()), HasSubstr("do not fit the drive better"));
-  EXPECT_EQ(to_json(report)["values"]["yaw_gain"]["verdict"], "known");
+  EXPECT_EQ(to_json(fields(report))["values"]["yaw_gain"]["verdict"], "known");
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ ExitCode calibrate_drive(const CalibrateRobotArgs& args, Console& console) {
   if (!job) return fail_usage(job.error(), console);
   const Result<CalibrateRobotReport> report = calibrate_robot(*job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   console.warn(report->warnings);
   const auto earlier = write_robot_calibration(*job, *report);
   if (!earlier) return console.failed(earlier.error(), ExitCode::SomeFailed);
@@ -70,7 +70,8 @@ Examples:
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
   waymark localize lap.mcap --map map/map.yaml --calibration calibration.yaml
 )",
-      .prepare = prepared(calibrate_drive)};
+      .prepare = prepared(calibrate_drive),
+      .report = report_of<CalibrateRobotReport>};
 }
 
 }  // namespace waymark::cli
