@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/common/lap_input.hpp"
@@ -143,13 +142,32 @@ std::string to_text(const ConvertVideoJob& job, const VideoTags& found) {
                      counted(found.tags, "tag"));
 }
 
-nlohmann::ordered_json to_json(const ConvertVideoJob& job, const VideoTags& found) {
-  nlohmann::ordered_json problems = nlohmann::ordered_json::array();
-  for (const VideoProblem& problem : found.problems)
-    problems.push_back({{"key", problem.key}, {"count", problem.count}, {"words", to_string(problem.error)}});
-  return {{"input", job.input},   {"input_format", "video"},        {"codec", found.info.codec},
-          {"output", job.output}, {"output_format", "mcap"},        {"pictures", found.pictures},
-          {"tags", found.tags},   {"problems", std::move(problems)}};
+namespace {
+
+struct ListedProblem {
+  VideoProblem problem{};
+};
+
+ReportFields fields(const ListedProblem& listed) {
+  return {
+      {"key", "Stable name of the problem", listed.problem.key},
+      {"count", "Number of occurrences", listed.problem.count},
+      {"words", "Error message, with the place of the first occurrence", to_string(listed.problem.error)}};
+}
+
+}  // namespace
+
+ReportFields fields(const ConvertedVideo& converted) {
+  const VideoTags& found = converted.found;
+  const std::vector<ListedProblem> problems(found.problems.begin(), found.problems.end());
+  return {{"input", "Video that was read", converted.input},
+          {"input_format", "video", "video"},
+          {"codec", "Videos: codec, such as h264", found.info.codec},
+          {"output", "Recording that was written", converted.output},
+          {"output_format", "mcap", "mcap"},
+          {"pictures", "Videos and cameras: images that were searched for tags", found.pictures},
+          {"tags", "Videos and cameras: detections in all images", found.tags},
+          {"problems", "Defects of the video", problems}};
 }
 
 namespace {

@@ -36,7 +36,7 @@ TEST_F(ConvertLog, ATableHasALineASample) {
   EXPECT_EQ(report->format, "csv");
   const std::string text = test::file_text(job.output);
   EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')), report->exported.messages + 1);
-  EXPECT_EQ(to_json(job, *report)["messages"], report->exported.messages);
+  EXPECT_EQ(to_json(fields(*report))["messages"], report->exported.messages);
 }
 
 TEST_F(ConvertLog, FromAndToCutInTime) {

@@ -55,9 +55,9 @@ Verb play_verb() {
       .help =
           R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
 commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).
-Keys of --json: docs/reference/cli.md. With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands
-is given, and zero follows them at the end, by a second process also where this one is killed; they go out as the one of
-both types that is subscribed. A topic that another program publishes is refused.
+With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands is given, and zero follows them at
+the end, by a second process also where this one is killed; they go out as the one of both types that is subscribed. A
+topic that another program publishes is refused.
 
 Exit code: 0 played to the end, 1 not a recording, not readable or damaged (what is sound is played), 2 wrong usage,
 130 stopped by Ctrl-C.
@@ -68,7 +68,10 @@ Examples:
   waymark play lap.mcap --speed 0 --json
   waymark play lap.mcap --ros2
 )",
-      .prepare = prepared(play)};
+      .prepare = prepared(play),
+      .report =
+          report_of_any<TagFrame, TagPoseFrame, CameraFrame, Odometry, WheelTicks, ImuSample, StampedCommand,
+                        TruthPose, RangeBearing, LaserScan, GamepadState, PlayedMessage>};
 }
 
 }  // namespace waymark::cli
