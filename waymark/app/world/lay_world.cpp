@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/config/text_file.hpp"
@@ -180,26 +179,29 @@ Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& contr
   if (!earlier) return tl::unexpected(earlier.error());
   if (!earlier->empty()) control.note("the earlier file is kept: " + *earlier);
   if (Status status = write_text_file(job.output, yaml); !status) return tl::unexpected(status.error());
-  return LayWorldReport{.world = std::move(*world), .check = *check};
+  return LayWorldReport{.file = job.output, .world = std::move(*world), .check = *check};
 }
 
-nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file) {
-  return {{"file", file},
-          {"tags", report.world.tags.tags.size()},
-          {"closed", report.world.path_closed},
-          {"lap_m", report.check.lap_m},
-          {"two_tags_fraction", report.check.two_tags_fraction},
-          {"one_tag_fraction", report.check.one_tag_fraction},
-          {"min_clearance_m", report.check.min_clearance_m}};
+ReportFields fields(const LayWorldReport& report) {
+  const WorldCheck& check = report.check;
+  return {{"file", "World that was written", report.file},
+          {"tags", "Number of tags", report.world.tags.tags.size()},
+          {"closed", "The line is a lap", report.world.path_closed},
+          {"lap_m", "Length of the line", check.lap_m},
+          {"two_tags_fraction", "Share of the line from which the camera sees two tags or more",
+           check.two_tags_fraction},
+          {"one_tag_fraction", "Share of the line from which the camera sees one tag or more",
+           check.one_tag_fraction},
+          {"min_clearance_m", "Smallest distance in space from the hull to a tag", check.min_clearance_m}};
 }
 
-std::string to_text(const LayWorldReport& report, const std::string& file) {
+std::string to_text(const LayWorldReport& report) {
   const WorldCheck& check = report.check;
   return fmt::format(
       "{}: {} tags along {} of {:.2f} m\n"
       "two tags or more in view   {:.1f} % of the way, one or more {:.1f} %\n"
       "hull to the nearest tag    {:.3f} m ({})\n",
-      file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
+      report.file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
       100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,
       check.nearest_tag ? to_string(*check.nearest_tag) : "no tag");
 }

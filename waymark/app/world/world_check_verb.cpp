@@ -14,8 +14,7 @@ ExitCode check(const CheckArgs& args, Console& console) {
   const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
   if (!verdict) return console.failed(verdict.error(), ExitCode::SomeFailed);
   for (const std::string& doubt : verdict->doubts) console.say("warning: " + doubt);
-  console.print(args.json ? json_line(to_json(*verdict, s.world, s.model))
-                          : to_text(*verdict, s.world, s.model));
+  console.print(args.json ? json_line(fields(*verdict)) : to_text(*verdict, s.world, s.model));
   if (!verdict->good) console.say("this world does not allow a good lap");
   return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
 }
@@ -37,7 +36,8 @@ Examples:
   waymark world check circuit24
   waymark world check circuit24 --robot-file limo --json
 )",
-      .prepare = prepared(check)};
+      .prepare = prepared(check),
+      .report = report_of<WorldVerdict>};
 }
 
 }  // namespace waymark::cli

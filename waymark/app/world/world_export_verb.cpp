@@ -16,7 +16,7 @@ ExitCode export_as_sdf(const ExportArgs& args, Console& console) {
                                     .folder = args.job.folder});
   if (!report) return fail_with(report.error(), console);
   console.warn(report->notes);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.job.folder));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, args.job.folder));
   return ExitCode::Ok;
 }
 
@@ -37,7 +37,8 @@ Examples:
   waymark world export circuit24 --sdf circuit
   waymark world export my_world.yaml --robot-file my_robot.yaml --sdf mine
 )",
-      .prepare = prepared(export_as_sdf)};
+      .prepare = prepared(export_as_sdf),
+      .report = report_of<ExportWorldReport>};
 }
 
 }  // namespace waymark::cli

@@ -29,7 +29,7 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
   const World& world = setup->simulated.world;
   const Result<OrbitReport> report = orbit(world, options);
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report, world)) : to_text(*report, world));
+  console.print(args.json ? json_line(fields(WorldOrbit{world.name, *report})) : to_text(*report, world));
   if (!args.output.empty()) {
     if (status = write_orbit(args.output, world, *report); !status) {
       console.say(status.error());
@@ -57,7 +57,8 @@ Examples:
   waymark world orbit circuit24
   waymark world orbit circuit24 -o orbit.svg --sigma-m 0.01 --sigma-deg 1
 )",
-      .prepare = prepared(go_round)};
+      .prepare = prepared(go_round),
+      .report = report_of<WorldOrbit>};
 }
 
 }  // namespace waymark::cli
