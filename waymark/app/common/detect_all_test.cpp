@@ -1,6 +1,7 @@
 // Pictures inside a recording are searched one by one, and a lap without tags is mapped by them.
 #include "waymark/app/common/detect_all.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include <rapidcheck.h>
@@ -77,6 +78,25 @@ TEST(DetectionsJson, KeysAreTheContract) {
   EXPECT_THAT(keys, ::testing::ElementsAre("tag", "family", "id", "hamming", "decision_margin", "corners_px",
                                            "center_px", "corner_sigma_px"));
   EXPECT_TRUE(line_of(report, true)["detections"][0].contains("corner_covariance_px2"));
+}
+
+TEST(DetectionsJson, ALiveCameraSaysHowOldAPictureIs) {
+  const auto value = to_json(fields(PictureLine{.report = some_report(1, false), .age_ms = 12.5}));
+  EXPECT_EQ(value["age_ms"], 12.5);
+  EXPECT_FALSE(value["detections"][0].contains("pose"));
+}
+
+TEST(DetectionsJson, AllKeysAreKnownWithoutAPicture) {
+  const auto names_in = [](const ReportFields& of) {
+    std::vector<std::string> names;
+    for (const ReportField& field : of) names.push_back(field.name);
+    return names;
+  };
+  const ReportFields all = fields(PictureLine{});
+  EXPECT_THAT(names_in(all), ::testing::Contains("age_ms"));
+  const auto detections = std::ranges::find(all, "detections", &ReportField::name);
+  ASSERT_NE(detections, all.end());
+  EXPECT_THAT(names_in(detections->value.keys()), ::testing::IsSupersetOf({"tag", "refinement", "pose"}));
 }
 
 TEST(DetectionsJson, AFailureSaysWhatAndWhere) {

@@ -459,6 +459,10 @@ TEST_F(TagVideo, BecomesARecordingOfTagsAndPictures) {
   const auto found = convert_video(job, finder_, {});
   ASSERT_TRUE(found) << to_string(found.error());
   EXPECT_EQ(found->tags, static_cast<std::size_t>(kPictures));
+  const auto json = to_json(fields(ConvertedVideo{job.input, job.output, *found}));
+  EXPECT_EQ(json["output"], job.output);
+  EXPECT_EQ(json["pictures"], kPictures);
+  EXPECT_FALSE(json["codec"].get<std::string>().empty());
   const auto log = open_log(job.output);
   ASSERT_TRUE(log) << to_string(log.error());
   std::vector<TagFrame> tags;
