@@ -4,10 +4,10 @@
 #include <fstream>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/config/text_file.hpp"
@@ -143,10 +143,10 @@ bool is_named_recording(const std::filesystem::path& path) {
 
 }  // namespace
 
-Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control) {
+Result<ConvertMapReport> convert_map(const ConvertMapJob& job, const JobControl& control) {
   Result<ReadMap> read = is_ros_recording(job.input) ? read_map_transforms(job.input, job.tag_size_m, control)
                                                      : read_any_map(job.input, job.tag_size_m);
-  if (!read) return read;
+  if (!read) return tl::unexpected(read.error());
   if (Status status = remove_tags(job, read->map); !status) return tl::unexpected(status.error());
   if (read->form != MapForm::Waymark)
     read->map.provenance = {{"converted_from", std::filesystem::path(job.input).filename().string()}};
@@ -166,20 +166,20 @@ Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control)
                         : job.form == MapForm::Waymark ? write_map(job.output, read->map)
                                                        : write_text_file(job.output, *text);
   if (!status) return tl::unexpected(status.error());
-  return read;
+  return ConvertMapReport{std::move(*read), job.output, job.form};
 }
 
-std::string to_text(const ConvertMapJob& job, const ReadMap& read) {
-  return fmt::format("{}: {} tags, from {} to {}\n", job.output, read.map.tags.tags.size(),
-                     name_of(read.form), name_of(job.form));
+std::string to_text(const ConvertMapReport& report) {
+  return fmt::format("{}: {} tags, from {} to {}\n", report.output, report.map.tags.tags.size(),
+                     name_of(report.form), name_of(report.to));
 }
 
-nlohmann::ordered_json to_json(const ConvertMapJob& job, const ReadMap& read) {
-  return {{"output", job.output},
-          {"from", name_of(read.form)},
-          {"to", name_of(job.form)},
-          {"tags", read.map.tags.tags.size()},
-          {"warnings", read.warnings}};
+ReportFields fields(const ConvertMapReport& report) {
+  return {{"output", "File that was written", report.output},
+          {"from", "Form of the input", name_of(report.form)},
+          {"to", "Form of the output", name_of(report.to)},
+          {"tags", "Tags in the output", report.map.tags.tags.size()},
+          {"warnings", "What the output does not represent, one sentence each", report.warnings}};
 }
 
 }  // namespace waymark

@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/exchange/map_exchange.hpp"
 
@@ -47,9 +46,14 @@ struct ConvertMapJob {
   }
 };
 
-/// What was read, less what was left out, with warnings of what the form cannot say.
-[[nodiscard]] Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control);
-[[nodiscard]] std::string to_text(const ConvertMapJob& job, const ReadMap& read);
-[[nodiscard]] nlohmann::ordered_json to_json(const ConvertMapJob& job, const ReadMap& read);
+/// What was read, without the removed tags, with warnings of what the form cannot represent.
+struct ConvertMapReport : ReadMap {
+  std::string output{};  ///< file
+  MapForm to = MapForm::Waymark;
+};
+
+[[nodiscard]] Result<ConvertMapReport> convert_map(const ConvertMapJob& job, const JobControl& control);
+[[nodiscard]] std::string to_text(const ConvertMapReport& report);
+[[nodiscard]] ReportFields fields(const ConvertMapReport& report);
 
 }  // namespace waymark

@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -171,6 +172,14 @@ TEST_F(ConvertMap, OursKeepsWhatItSaysOfItself) {
   EXPECT_EQ(copy.provenance, circuit_map().provenance);
   EXPECT_EQ(copy.observations, circuit_map().observations);
   EXPECT_EQ(copy.anchor, circuit_map().anchor);
+}
+
+TEST_F(ConvertMap, TheReportHasFileFormsAndTags) {
+  const auto done = convert_map(job("copy.yaml"), {});
+  ASSERT_TRUE(done) << to_string(done.error());
+  EXPECT_EQ(to_json(fields(*done)).dump(),
+            R"({"output":")" + (folder_ / "copy.yaml").string() +
+                R"(","from":"waymark","to":"waymark","tags":24,"warnings":[]})");
 }
 
 TEST_F(ConvertMap, TagsThatAreTakenOutAreGoneWithTheirObservations) {

@@ -33,9 +33,9 @@ ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
   if (!form) return console.failed(form.error(), ExitCode::Usage);
   ConvertMapJob job = args.job;
   job.form = *form;
-  const Result<ReadMap> done = convert_map(job, control_from(console));
+  const Result<ConvertMapReport> done = convert_map(job, control_from(console));
   if (!done) return console.failed(done.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(job, *done)) : to_text(job, *done));
+  console.print(args.json ? json_line(fields(*done)) : to_text(*done));
   for (const std::string& warning : done->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
 }
@@ -63,7 +63,8 @@ Examples:
   waymark map convert map layout.json --to wpilib
   waymark map convert map field.fmap
 )",
-      .prepare = prepared(convert_one_map)};
+      .prepare = prepared(convert_one_map),
+      .report = report_of<ConvertMapReport>};
 }
 
 }  // namespace waymark::cli

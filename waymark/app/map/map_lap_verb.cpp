@@ -149,7 +149,7 @@ ExitCode map_lap(const MapLapArgs& args, Console& console) {
   }
   const Result<MapReport> report = map_recording(*job, control_from(console));
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);
   return ExitCode::Ok;
 }
@@ -188,7 +188,8 @@ Examples:
   waymark map bag --camera-frame camera_color_optical_frame --tag-size-m 0.16 --anchor 0 -o map
   waymark map detections.csv odometry.csv --robot limo --tag-size-m 0.16 --anchor 0 -o map
 )",
-      .prepare = prepared(map_lap)};
+      .prepare = prepared(map_lap),
+      .report = report_of<MapReport>};
 }
 
 }  // namespace waymark::cli
