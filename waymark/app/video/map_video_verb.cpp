@@ -139,7 +139,7 @@ ExitCode map_video_tags(const MapVideoArgs& args, Console& console) {
         error.code == ErrorCode::InvalidArgument && error.place.source.empty() && !error.place.key.empty();
     return console.failed(error, misused ? ExitCode::Usage : ExitCode::SomeFailed);
   }
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, job->folder));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);
   return ExitCode::Ok;
 }
@@ -166,7 +166,8 @@ Examples:
   waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map --distance 3,7,2.41 --upright 3,7,9
   waymark map video desk.mcap --camera calibration.yaml --tag-size-m 0.16 -o map
 )",
-      .prepare = prepared(map_video_tags)};
+      .prepare = prepared(map_video_tags),
+      .report = report_of<MapVideoReport>};
 }
 
 }  // namespace waymark::cli
