@@ -45,7 +45,7 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
   if (!report->set_aside.empty())
     console.say(fmt::format("what stood there before has a number in its name now: {}",
                             fmt::join(report->set_aside, ", ")));
-  console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
+  console.print(args.json ? json_line(fields(*report)) : to_text(job, *report));
   return ExitCode::Ok;
 }
 
@@ -66,7 +66,8 @@ Exit code: 0 a route was written, 1 a file was unusable, 2 wrong usage.
 Example:
   waymark optimize map --name fast --speed-m-s 0.8
 )",
-      .prepare = prepared(optimize)};
+      .prepare = prepared(optimize),
+      .report = report_of<OptimizeReport>};
 }
 
 }  // namespace waymark::cli
