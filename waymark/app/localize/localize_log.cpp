@@ -6,7 +6,6 @@
 #include <variant>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/lap_input.hpp"
@@ -473,6 +472,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
     return tl::unexpected(status.error());
   }
   if (!report) return report;
+  report->method = job.method;
   report->problems = localizer->method().problems();
   if (first.suspect)
     report->problems.emplace_back("the stated covariance covers what is wrong by the innovations");
@@ -483,26 +483,43 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   return report;
 }
 
-nlohmann::ordered_json to_json(LocalizationKind method, const LocalizeReport& report) {
-  using Json = nlohmann::ordered_json;
-  Json last = nullptr;
-  if (report.last)
-    last = {{"x_m", report.last->map_T_base.x()},
-            {"y_m", report.last->map_T_base.y()},
-            {"yaw_rad", report.last->map_T_base.yaw()},
-            {"certain", report.last->certain}};
-  return {{"method", to_string(method)},
-          {"estimates", report.estimates},
-          {"certain", report.certain},
-          {"first_fix_s", report.first_fix_s ? Json(*report.first_fix_s) : Json(nullptr)},
-          {"observations", report.compared},
-          {"accepted", report.accepted},
-          {"nis_mean", report.nis_mean},
-          {"lasting_nis", report.lasting_nis ? Json(*report.lasting_nis) : Json(nullptr)},
-          {"duration_s", report.duration_s},
-          {"wall_s", report.wall_s},
-          {"last", last},
-          {"problems", report.problems}};
+namespace {
+
+struct LastPlace {
+  SE2 map_T_base{};
+  bool certain = false;
+};
+
+ReportFields fields(const LastPlace& last) {
+  return {{"x_m", "Position along x of the map", last.map_T_base.x()},
+          {"y_m", "Position along y of the map", last.map_T_base.y()},
+          {"yaw_rad", "Heading", last.map_T_base.yaw()},
+          {"certain", "Whether the estimate is certain", last.certain}};
+}
+
+}  // namespace
+
+ReportFields fields(const LocalizeReport& report) {
+  const auto last = part(report.last, [](const LocalizationEstimate& estimate) {
+    return LastPlace{estimate.map_T_base, estimate.certain};
+  });
+  return {
+      {"method", "Localisation method", to_string(report.method)},
+      {"estimates", "Estimates, certain or not", report.estimates},
+      {"certain", "Certain estimates", report.certain},
+      {"first_fix_s", "Time from the first sample to the first certain estimate", report.first_fix_s},
+      {"observations", "Observations of mapped tags that were compared with an estimate", report.compared},
+      {"accepted", "Accepted observations", report.accepted},
+      {"nis_mean",
+       "Mean NIS of accepted observations per degree of freedom; 1 when the assumed noise is correct",
+       report.nis_mean},
+      {"lasting_nis", "NIS of means of thirty residuals of one tag; 1 when lasting errors are modelled",
+       report.lasting_nis},
+      {"duration_s", "Duration of the drive", report.duration_s},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"last", "The last estimate", last},
+      {"problems", "Tags that are swapped, moved or of another size, and other problems, one sentence each",
+       report.problems}};
 }
 
 std::string to_text(const LocalizeReport& report) {
