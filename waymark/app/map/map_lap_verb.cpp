@@ -53,8 +53,8 @@ MapLapArgs::MapLapArgs(CLI::App& verb)
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
              "right, y down, z into the tag). Unless given: that of the recording; for another anchor the "
-             "map's origin is its centre, map z is up, map x goes into the tag")
-      ->expected(6);
+             "map's origin is its centre, map z is up, map x goes into the tag",
+             exactly(6));
   add_option(verb, "--tag-size-m SIZE", tag_sizes,
              "Side of the black square of the tags [m]; ID=SIZE for a tag of another size (repeatable). "
              "Unless given: those of the recording")
@@ -148,7 +148,7 @@ ExitCode map_lap(const MapLapArgs& args, Console& console) {
     job->finder = &*finder;
   }
   const Result<MapReport> report = map_recording(*job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);
   return ExitCode::Ok;

@@ -61,8 +61,8 @@ MapVideoArgs::MapVideoArgs(CLI::App& verb)
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
              "right, y down, z into the tag). Unless given: as --prior has it, else the map's origin is its "
-             "centre, map z is up, map x goes into the tag")
-      ->expected(6);
+             "centre, map z is up, map x goes into the tag",
+             exactly(6));
   add_option(
       verb, "--prior FILE", prior,
       "Older map of the place (map.yaml, or any that `waymark localize --map` takes), where the anchor "
@@ -133,12 +133,7 @@ ExitCode map_video_tags(const MapVideoArgs& args, Console& console) {
   const Result<TagFinder> finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);
   const Result<MapVideoReport> report = map_video(*job, *finder, control_from(console));
-  if (!report) {
-    const Error& error = report.error();
-    const bool misused =
-        error.code == ErrorCode::InvalidArgument && error.place.source.empty() && !error.place.key.empty();
-    return console.failed(error, misused ? ExitCode::Usage : ExitCode::SomeFailed);
-  }
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, job->folder));
   console.warn(report->warnings);
   return ExitCode::Ok;
