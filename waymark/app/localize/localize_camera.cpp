@@ -75,6 +75,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
   const Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
   if (!map) return tl::unexpected(map.error());
   if (Status poses = check_tag_poses(map->tags, job.map); !poses) return tl::unexpected(poses.error());
+  for (const std::string& note : map->notes) control.note("note: " + note);
   const auto finder = tag_finder_for(map->tags);
   if (!finder) return tl::unexpected(finder.error());
   Result<LocalizeOutput> output =
