@@ -107,7 +107,7 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
       "robot.yaml";
   if (robot.empty() && !inputs.setup.sensor.camera && fs::exists(beside, ignored)) robot = beside.string();
   if (robot.empty()) return {};
-  const auto path = find_shared("robots", robot);
+  const auto path = find_shared("robots", robot, "robot");
   if (!path) return tl::unexpected(path.error());
   const Result<RobotDescription> description = read_robot(*path);
   if (!description) return tl::unexpected(description.error());
@@ -158,6 +158,11 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
+/// Last: what was asked for goes before the robot's file and the calibration.
+Status take_asked(const LocalizeJob& job, LocalizeInputs& inputs) {
+  return job.asked ? job.asked(inputs.setup.filter) : Status();
+}
+
 /// What cannot work is said before anything runs.
 Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   const auto count = [&](auto is) { return std::ranges::count_if(inputs.samples, is); };
@@ -201,6 +206,7 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   if (!map) return tl::unexpected(map.error());
   inputs.setup.landmarks = std::move(map->landmarks);
   inputs.setup.tags = std::move(map->tags);
+  inputs.warnings = std::move(map->notes);
   const bool sizes_known = std::ranges::none_of(
       inputs.setup.tags.tags, [&](const auto& tag) { return tag.second.size_m == job.tag_size_m; });
   if (job.tag_size_m && (sizes_known || map->format == "waymark"))
@@ -229,7 +235,9 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const RobotD
   const auto motion = parse_robot_motion(robot_yaml, robot.model.name + ".yaml");
   if (!motion) return tl::unexpected(motion.error());
   if (*motion) inputs->setup.filter.motion = **motion;
-  if (Status status = take_mounting(job, *inputs); !status) return tl::unexpected(status.error());
+  Status status = take_mounting(job, *inputs);
+  if (status) status = take_asked(job, *inputs);
+  if (!status) return tl::unexpected(status.error());
   if (inputs->setup.tags.tags.empty())
     return fail(ErrorCode::InvalidArgument,
                 "a camera needs a map with poses of tags, and this one has points only", {.source = job.map},
@@ -256,6 +264,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   if (!status) return tl::unexpected(status.error());
   status = read_robot_of(job, inputs);
   if (status) status = take_mounting(job, inputs);
+  if (status) status = take_asked(job, inputs);
   if (status) status = check_inputs(job, inputs);
   if (!status) return tl::unexpected(status.error());
   const bool poses = std::ranges::any_of(

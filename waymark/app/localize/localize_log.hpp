@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ struct LocalizeJob {
   /// Else the noise of motion and observations is found from the recording, where the assumed does not fit.
   bool no_adapt = false;
   RiekfOptions filter{};
+  /// Writes the options of the filter that the caller chose over those of the robot's file and of the
+  /// calibration, which go before `filter`.
+  std::function<Status(RiekfOptions&)> asked{};
   AnchorOptions anchor{};
 
   template <class Self, class Visitor>

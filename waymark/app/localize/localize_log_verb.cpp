@@ -22,13 +22,11 @@ ExitCode localize_log(const LocalizeLogArgs& args, Console& console) {
   Status sound = args.method.apply(job.method, job.filter, job.anchor);
   if (sound) sound = check_job(job);
   if (!sound) return fail_usage(sound.error(), console);
+  job.asked = [&args](RiekfOptions& filter) { return args.method.apply(filter); };
   job.no_adapt = job.no_adapt || args.method.set_filter();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
   if (!inputs) return fail_with(inputs.error(), console);
-  // The robot's file may describe how it moves; what was asked for goes before.
-  if (const Status asked = args.method.apply(inputs->setup.filter); !asked)
-    return fail_usage(asked.error(), console);
   const Result<LocalizeReport> report = localize(job, *inputs, control);
   if (!report) return fail_with(report.error(), console);
   return show_localized(*report, args.json, inputs->warnings, console);

@@ -95,6 +95,7 @@ LocalizeJob filter_job(const LocalizeRobotJob& job) {
           .start = job.start,
           .method = job.method,
           .filter = job.filter,
+          .asked = job.asked,
           .anchor = job.anchor};
 }
 

@@ -25,8 +25,8 @@ ExitCode localize_driven(const LocalizeRobotArgs& args, Console& console) {
   LocalizeRobotJob job = args.job;
   if (const Status sound = args.method.apply(job.method, job.filter, job.anchor); !sound)
     return fail_usage(sound.error(), console);
+  job.asked = [&args](RiekfOptions& filter) { return args.method.apply(filter); };
   const Result<RobotSetup> setup = load_listening_robot(job);
-  if (!setup && setup.error().code == ErrorCode::Unwritable) return fail_with(setup.error(), console);
   if (!setup) return fail_usage(setup.error(), console);
   const auto view = LivePage::open(args.view, *setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
