@@ -638,6 +638,11 @@ Result<plot::Page> report_page(const Runs& runs, const JobControl& control) {
   return page;
 }
 
+Result<std::string> html_of(const plot::Page& page, const JobControl& control) {
+  const Result<std::string> html = plot::to_html(page);
+  return html ? Result<std::string>(control.for_users(*html)) : html;
+}
+
 Result<ReportSummary> write_report(const std::vector<std::string>& paths, const fs::path& output, bool force,
                                    const JobControl& control) {
   if (Status status = check_output(output, force); !status) return tl::unexpected(status.error());
@@ -645,7 +650,7 @@ Result<ReportSummary> write_report(const std::vector<std::string>& paths, const 
   if (!runs) return tl::unexpected(runs.error());
   for (const std::string& warning : runs->warnings) control.note("warning: " + warning);
   const Result<plot::Page> page = report_page(*runs, control);
-  const Result<std::string> html = page ? plot::to_html(*page) : tl::unexpected(page.error());
+  const Result<std::string> html = page ? html_of(*page, control) : tl::unexpected(page.error());
   if (!html) return tl::unexpected(html.error());
   if (Status status = control.go_on(); !status) return tl::unexpected(status.error());
   if (Status status = write_text_file(output, *html); !status) return tl::unexpected(status.error());
