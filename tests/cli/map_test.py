@@ -176,10 +176,11 @@ class Map(WithLap):
 
     def test_the_lap_of_a_robot_is_no_video(self):
         (self.folder / "camera.yaml").write_text(pictures.CAMERA)
-        outcome = self.run_here("map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16")
-        self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
-        self.assertIn("(--camera): a recording brings its camera along. Give --robot for a recording without a calibration; --camera is that of a video.",
-                      outcome.err)
+        for words in (["map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16"], ["map", "video", "lap.mcap", "-o", "m"]):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
+            self.assertIn("(lap.mcap): this is the recording of a robot: it holds odometry or an IMU. `waymark map lap` maps it, without --camera", outcome.err)
+            self.assertNotIn("--robot", outcome.err)
 
     def test_mistakes(self):
         (self.folder / "bad.yaml").write_text("name: x\n")

@@ -67,7 +67,8 @@ Image owned_copy(const ImageView& view) {
 Status check_job(const ConvertVideoJob& job) {
   std::error_code ignored;
   if (std::filesystem::path(job.output).extension() != ".mcap")
-    return fail(ErrorCode::InvalidArgument, "a video becomes a recording of its tags", {.source = job.output},
+    return fail(ErrorCode::InvalidArgument, "a video becomes a recording of its tags",
+                {.source = job.output, .key = "`output`"},
                 "End the name in .mcap; `waymark detect json=true` writes the tags as text.");
   if (std::filesystem::exists(job.output, ignored))
     return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
@@ -246,6 +247,12 @@ bool is_of_camera(const std::string& path, bool calibrated) {
   if (!contents || contents->empty()) return true;  // who reads it says what is wrong
   const auto has = [&](const char* what) { return contents->contains(what); };
   return (has("tags") || has("pictures")) && !has("odometry") && !has("imu");
+}
+
+Status check_of_camera(const std::string& path, const std::string& hint) {
+  if (is_of_camera(path, true)) return {};
+  return fail(ErrorCode::InvalidArgument, "this is the recording of a robot: it holds odometry or an IMU",
+              {.key = path}, hint);
 }
 
 Result<VideoTags> find_camera_tags(const std::string& path, const TagFinder& finder,

@@ -71,6 +71,9 @@ struct ConvertedVideo {
 /// or holds nothing, so that whoever opens it says so.
 [[nodiscard]] bool is_of_camera(const std::string& path, bool calibrated);
 
+/// Fails on the recording of a robot, where a camera is asked for: not is_of_camera(). `hint`: who takes it.
+[[nodiscard]] Status check_of_camera(const std::string& path, const std::string& hint);
+
 /// Called with the tags of each picture, in order.
 using EachTagFrame = std::function<Status(TagFrame& tags)>;
 

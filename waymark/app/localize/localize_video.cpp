@@ -39,9 +39,8 @@ Status write(const LocalizeVideoJob& job, const CameraModel& camera, const std::
 }  // namespace
 
 Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const JobControl& control) {
-  if (!is_of_camera(job.video, true))
-    return fail(ErrorCode::InvalidArgument, "this is the recording of a robot: it holds odometry or an IMU",
-                {.key = "video"}, "Localise it as `waymark localize log` does.");
+  if (Status camera = check_of_camera(job.video, "`waymark localize log` localises it."); !camera)
+    return tl::unexpected(camera.error());
   const Result<DescribedCamera> described = read_given_camera(job.camera);
   if (!described) return tl::unexpected(described.error());
   const CameraModel& camera = described->camera;
@@ -49,6 +48,7 @@ Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const Jo
   const Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
   if (!map) return tl::unexpected(map.error());
   if (Status poses = check_tag_poses(map->tags, job.map); !poses) return tl::unexpected(poses.error());
+  for (const std::string& note : map->notes) control.note("note: " + note);
   const Result<TagFinder> finder = tag_finder_for(map->tags);
   if (!finder) return tl::unexpected(finder.error());
   std::vector<TagFrame> frames;

@@ -60,9 +60,6 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
   std::vector<SceneFrame> frames;
   Duration offset{};
   for (const std::string& video : job.videos) {
-    if (!is_of_camera(video, true))
-      return fail(ErrorCode::InvalidArgument, "a recording brings its camera along", {.key = "camera"},
-                  "Give `robot` for a recording without a calibration; `camera` is that of a video.");
     const auto add = [&](TagFrame& tags) -> Status {
       frames.push_back({tags.stamp + offset, {{0, std::move(tags.detections)}}});
       return {};
@@ -277,6 +274,11 @@ Status check(const MapVideoJob& job) {
   const auto refuse = [](const char* field, const std::string& why, const char* hint) {
     return fail(ErrorCode::InvalidArgument, why, {.key = field}, hint);
   };
+  for (const std::string& video : job.videos)
+    if (Status film = check_of_camera(
+            video, "`waymark map lap` maps it, without `camera`: its camera is that of the recording.");
+        !film)
+      return film;
   if (!job.camera)
     return refuse("camera", "a video says nothing about its camera",
                   "Give its calibration: `camera=calibration.yaml`. `waymark calibrate camera` makes one.");
