@@ -222,12 +222,21 @@ Result<Reference> reference_of_log(const std::string& path, const std::string& t
   return with_path(poses_alone(*poses));
 }
 
+/// Fails on an empty file.
+Result<std::string> read_whole_text(const std::string& path) {
+  Result<std::string> text = read_text_file(path, kMaxTextBytes);
+  if (text && text->find_first_not_of(" \t\r\n") == std::string::npos)
+    return fail(ErrorCode::NotFound, "the file is empty", {.source = path},
+                "Record or write it again, or name another file.");
+  return text;
+}
+
 }  // namespace
 
 Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
                                           const JobControl& control) {
   if (is_recording(path)) return poses_of_log(path, topic, topics::kEstimate, control);
-  const Result<std::string> text = read_text_file(path, kMaxTextBytes);
+  const Result<std::string> text = read_whole_text(path);
   if (!text) return tl::unexpected(text.error());
   if (kind_of(*text) == FileKind::Table) return poses_of_log(path, topic, topics::kEstimate, control);
   const Result<Trajectory> trajectory = parse_trajectory(*text, path);
@@ -239,10 +248,8 @@ Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::st
 Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
                                  const JobControl& control) {
   if (is_recording(path)) return reference_of_log(path, topic, control);
-  const Result<std::string> text = read_text_file(path, kMaxTextBytes);
+  const Result<std::string> text = read_whole_text(path);
   if (!text) return tl::unexpected(text.error());
-  if (text->find_first_not_of(" \t\r\n") == std::string::npos)
-    return fail(ErrorCode::NotFound, "the file is empty", {.source = path});
   const FileKind kind = kind_of(*text);
   if (kind == FileKind::Other) return path_of_route(*text, path, closed);
   if (kind == FileKind::Table) {
