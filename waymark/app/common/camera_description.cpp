@@ -67,8 +67,11 @@ Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words) {
       continue;
     }
     const std::string name = word.substr(0, equals);
-    const Result<TagId> tag = parse_tag_id(name.find(':') == std::string::npos ? "tag36h11:" + name : name);
-    if (!tag) return tl::unexpected(tag.error());
+    Result<TagId> tag = parse_tag_id(name.find(':') == std::string::npos ? "tag36h11:" + name : name);
+    if (!tag) {
+      tag.error().place.key = "tag_size_m";
+      return tl::unexpected(tag.error());
+    }
     sizes.size_by_tag_m[*tag] = *size;
   }
   return sizes;

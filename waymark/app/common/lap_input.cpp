@@ -64,7 +64,8 @@ Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, Teac
   if (!recorded && !overrides.anchor)
     return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
                 "Give `anchor` with a tag that was seen, for example `anchor=tag36h11:0`.");
-  const Result<TagId> anchor = tag_named(overrides.anchor.value_or(recorded.value_or("")));
+  const Result<TagId> anchor =
+      overrides.anchor ? tag_named(*overrides.anchor, "anchor") : tag_named(*recorded);
   if (!anchor) return tl::unexpected(anchor.error());
   setup.anchor = *anchor;
   setup.map_T_anchor = overrides.map_T_anchor.value_or(anchor_at_origin());
@@ -87,9 +88,11 @@ SE3 anchor_at_origin() {
           Eigen::Vector3d::Zero()};
 }
 
-Result<TagId> tag_named(const std::string& text) {
+Result<TagId> tag_named(const std::string& text, const char* field) {
   const bool only_digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-  return parse_tag_id(only_digits ? "tag36h11:" + text : text);
+  Result<TagId> tag = parse_tag_id(only_digits ? "tag36h11:" + text : text);
+  if (!tag && field != nullptr) tag.error().place.key = field;
+  return tag;
 }
 
 Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field) {
@@ -97,11 +100,8 @@ Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, con
   for (std::string_view rest : texts) {
     do {
       const std::size_t end = std::min(rest.find(','), rest.size());
-      Result<TagId> tag = tag_named(std::string(rest.substr(0, end)));
-      if (!tag) {
-        tag.error().place.key = field;
-        return tl::unexpected(tag.error());
-      }
+      Result<TagId> tag = tag_named(std::string(rest.substr(0, end)), field);
+      if (!tag) return tl::unexpected(tag.error());
       tags.push_back(*tag);
       rest.remove_prefix(std::min(end + 1, rest.size()));
     } while (!rest.empty());
@@ -286,7 +286,7 @@ std::vector<std::string> disagreements(const RobotDescription& robot, const Reco
 
 Status take_robot(const std::string& robot, RecordingSetup& setup, std::vector<std::string>& warnings) {
   if (robot.empty()) return {};
-  const auto path = find_shared("robots", robot);
+  const auto path = find_shared("robots", robot, "robot");
   if (!path) return tl::unexpected(path.error());
   const Result<RobotDescription> description = read_robot(*path);
   if (!description) return tl::unexpected(description.error());

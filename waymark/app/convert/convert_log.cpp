@@ -105,7 +105,7 @@ Result<std::string> format_of(const ConvertJob& job) {
   return fail(ErrorCode::InvalidArgument,
               name.size() < 2 ? "the name of the output says no format"
                               : fmt::format("no format is called '{}'", name.substr(1)),
-              {.source = job.output},
+              {.source = job.output, .key = "`output`"},
               "End the name in .mcap, .tum or .csv, or give `format`; `format=rosbag2` makes a folder.");
 }
 

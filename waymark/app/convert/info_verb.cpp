@@ -14,7 +14,7 @@ std::string words_of(const LogProblem& problem) {
 
 ExitCode info(const InfoArgs& args, Console& console) {
   const Result<RecordingInfo> found = look_at(args.job.file, args.job.quick, control_from(console));
-  if (!found) return console.failed(found.error(), ExitCode::SomeFailed);
+  if (!found) return fail_with(found.error(), console);
   console.print(args.json ? json_line(fields(*found)) : to_text(*found));
   if (!found->summary.complete)
     console.say(

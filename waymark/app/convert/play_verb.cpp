@@ -25,7 +25,7 @@ ExitCode play(const PlayArgs& args, Console& console) {
   if (Status status = check_effects(args, given_on(args.app)); !status)
     return fail_usage(status.error(), console);
   const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
-  if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
+  if (!log) return fail_with(log.error(), console);
   const Result<LogSelection> selection = select_part(**log, args.part);
   if (!selection) return fail_usage(selection.error(), console);
   const auto print = [&](const std::string& line) {

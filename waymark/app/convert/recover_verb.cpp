@@ -12,7 +12,7 @@ struct RecoverArgs : JobArgs<RecoverJob> {
 
 ExitCode recover(const RecoverArgs& args, Console& console) {
   const Result<RecoverReport> report = recover_log(args.job);
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   std::vector<std::string> problems;
   for (const Error& problem : report->recovery.problems) problems.push_back(to_string(problem));

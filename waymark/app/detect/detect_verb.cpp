@@ -40,8 +40,7 @@ ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const Tag
   control.cancelled = [&console] { return interrupted() || console.output_ended(); };
   const auto cameras = detect_cameras(job, finder, control);
   if (cameras) return say_ends(*cameras, console);
-  const bool usage = cameras.error().code == ErrorCode::InvalidArgument;
-  return console.failed(cameras.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+  return fail_by_kind(cameras.error(), console);
 }
 
 struct DetectArgs : DetectWords {
@@ -59,14 +58,11 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   Refusals refused(app);
   refused.flags(!args.json, {"--covariance"}, "tables do not show covariances",
                 "Add --json, or leave it out.");
-  if (!refused.status()) return console.failed(refused.status().error(), ExitCode::Usage);
+  if (!refused.status()) return fail_usage(refused.status().error(), console);
   const auto finder = args.detector.make();
-  if (!finder) return console.failed(finder.error(), ExitCode::Usage);
+  if (!finder) return fail_usage(finder.error(), console);
   auto poses = args.poses.make();
-  if (!poses) {
-    const bool flag = poses.error().place.source.empty();  // else the calibration, which is an input
-    return console.failed(poses.error(), flag ? ExitCode::Usage : ExitCode::SomeFailed);
-  }
+  if (!poses) return fail_usage(poses.error(), console);
   const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return fail_usage(live.error(), console);
   if (*live)
@@ -85,7 +81,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
           console.print(to_text(report) + to_text(report.detections, of_tags));
         return !console.output_ended();
       });
-  if (!summary) return console.failed(summary.error(), ExitCode::Usage);
+  if (!summary) return fail_usage(summary.error(), console);
   console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "picture"),
                           counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;

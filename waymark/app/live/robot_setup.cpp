@@ -56,7 +56,11 @@ Result<RobotSetup> load_setup(const std::string& world_name, const std::string& 
   const Result<std::string> robot_name = name_of_robot(robot_file, *world_file);
   if (!robot_name) return tl::unexpected(robot_name.error());
   const Result<Found> robot_text = find("robots", *robot_name);
-  if (!robot_text) return tl::unexpected(robot_text.error());
+  if (!robot_text) {
+    Error error = robot_text.error();
+    if (robot_file.empty() && error.place.source.empty()) error.place = {world_file->path, {}, {}, "robot"};
+    return tl::unexpected(std::move(error));
+  }
   const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
   if (!robot) return tl::unexpected(robot.error());
   return RobotSetup{.simulated = {.world = std::move(*world),

@@ -124,7 +124,7 @@ std::string name_of(MapForm form) { return map_form_names()[static_cast<std::siz
 
 Status remove_tags(const ConvertMapJob& job, MapFile& map) {
   for (const std::string& name : job.remove) {
-    const Result<TagId> tag = tag_named(name);
+    const Result<TagId> tag = tag_named(name, "remove");
     if (!tag) return tl::unexpected(tag.error());
     if (map.tags.find(*tag) == nullptr)
       return fail(ErrorCode::InvalidArgument, to_string(*tag) + " is not in the map", {.key = "remove"});
@@ -160,7 +160,8 @@ Result<ConvertMapReport> convert_map(const ConvertMapJob& job, const JobControl&
       job.form == MapForm::Transforms && std::filesystem::path(job.output).extension() == ".mcap";
   if (!as_recording && is_named_recording(job.output))
     return fail(ErrorCode::InvalidArgument, fmt::format("a map of form {} is YAML", name_of(job.form)),
-                {.source = job.output}, "End the name in .yaml, or write transforms with `to=tf`.");
+                {.source = job.output, .key = "`output`"},
+                "End the name in .yaml, or write transforms with `to=tf`.");
   if (Status wanted = control.go_on(); !wanted) return tl::unexpected(wanted.error());
   const Status status = as_recording                   ? write_map_transforms(job.output, read->map)
                         : job.form == MapForm::Waymark ? write_map(job.output, read->map)

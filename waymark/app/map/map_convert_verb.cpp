@@ -30,12 +30,12 @@ std::string form_of(const ConvertMapArgs& args) {
 
 ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
   const Result<MapForm> form = map_form(form_of(args));
-  if (!form) return console.failed(form.error(), ExitCode::Usage);
+  if (!form) return fail_usage(form.error(), console);
   ConvertMapJob job = args.job;
   job.form = *form;
-  const Result<ConvertMapReport> done = convert_map(job, control_from(console));
-  if (!done) return console.failed(done.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(fields(*done)) : to_text(*done));
+  const Result<ReadMap> done = convert_map(job, control_from(console));
+  if (!done) return fail_with(done.error(), console);
+  console.print(args.json ? json_line(fields(*job)) : to_text(job, *done));
   for (const std::string& warning : done->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
 }

@@ -86,6 +86,7 @@ namespace {
 /// What changed since the prior map, as warnings.
 void compare_with_prior(const MapJob& job, MapReport& report) {
   if (!job.prior) return;
+  for (const std::string& note : job.prior->notes) report.warnings.push_back("prior map: " + note);
   std::vector<PriorPoint> points;
   for (const Landmark& landmark : job.prior->landmarks.all())
     points.push_back({static_cast<int>(landmark.tag.number), landmark.map_T_tag.translation().head<2>()});
@@ -447,7 +448,7 @@ void tell_of_size(const MapJob& job, MapReport& report) {
 Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
   if (job.robot.empty()) return {};
   if (Status status = take_robot(job.robot, recorded.setup, report.warnings); !status) return status;
-  const auto path = find_shared("robots", job.robot);
+  const auto path = find_shared("robots", job.robot, "robot");
   if (!path) return tl::unexpected(path.error());
   constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
   const Result<std::string> text = read_text_file(*path, kMostBytes);

@@ -36,7 +36,7 @@ ExitCode map_scene(const MapSceneArgs& args, Console& console) {
   if (status) status = check(job);
   if (!status) return fail_usage(status.error(), console);
   const Result<MapSceneReport> report = map_scene_recording(job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, job.folder));
   console.warn(report->warnings);
   return ExitCode::Ok;

@@ -23,12 +23,12 @@ struct SimulateArgs {
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
   Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
-  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  if (!setup) return fail_usage(setup.error(), console);
   const Result<RecordingProfile> like = profile_of(args.job.like, silent(control_from(console)));
-  if (!like) return console.failed(like.error(), ExitCode::SomeFailed);
+  if (!like) return fail_with(like.error(), console);
   setup->simulated.robot = options_like(*like, setup->simulated.robot);
   const Result<RecordingProfile> made = simulate_like(*setup, *like, args.job, control_from(console));
-  if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
+  if (!made) return fail_with(made.error(), console);
   const std::vector<ProfileRow> rows = profile_table(*like, *made);
   console.print(args.json ? json_line(fields(ProfileReport{args.job.output, rows})) : to_text(rows));
   return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;

@@ -31,7 +31,7 @@ Verb world_export_verb() {
 diff-drive plugin, camera, IMU and lidar), the bitmaps of the tags, robot.yaml, and gazebo.yaml, the profile by which
 Waymark drives the robot in it. docs/howto/gazebo.md goes through it.
 
-Exit code: 0 written, 1 the folder cannot be written, 2 wrong usage or a world that cannot be read.
+Exit code: 0 written, 1 a file cannot be read, or the folder not be written, 2 wrong usage.
 
 Examples:
   waymark world export circuit24 --sdf circuit

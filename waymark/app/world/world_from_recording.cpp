@@ -40,7 +40,7 @@ struct MappedDrive {
 
 Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordingJob& job) {
   if (!job.robot.empty()) {
-    const auto path = find_shared("robots", job.robot);
+    const auto path = find_shared("robots", job.robot, "robot");
     return path ? read_robot(*path) : tl::unexpected(path.error());
   }
   if (place.robot) return *place.robot;

@@ -8,7 +8,7 @@ using FromRecordingArgs = JobArgs<WorldFromRecordingJob>;
 
 ExitCode make_world_from(const FromRecordingArgs& args, Console& console) {
   const auto report = world_from_recording(args.job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.warn(report->warnings);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, args.job.folder));
   return ExitCode::Ok;

@@ -8,7 +8,7 @@ using ImportArgs = JobArgs<ImportWorldJob>;
 
 ExitCode import_sdf(const ImportArgs& args, Console& console) {
   const auto report = import_world(args.job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.warn(report->warnings);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   return ExitCode::Ok;

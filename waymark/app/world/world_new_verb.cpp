@@ -19,9 +19,9 @@ ExitCode make_world(const NewArgs& args, Console& console) {
   TagLayoutOptions layout;
   const Status status = args.layout.apply(layout);
   const auto job = status ? described_lay_world(args, layout) : tl::unexpected(status.error());
-  if (!job) return console.failed(job.error(), ExitCode::Usage);
+  if (!job) return fail_usage(job.error(), console);
   const Result<LayWorldReport> report = lay_world(*job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   return ExitCode::Ok;
 }
