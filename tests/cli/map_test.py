@@ -197,10 +197,10 @@ class Map(WithLap):
                 (["lap.mcap", "-o", "m", "--anchor-pose", "1e15", "0", "0", "-90", "0", "0"], 2, "more than 10 km"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "0.3", "0", "0", "0"], 1, "An upright tag has roll -90"),
                 (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
-                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
+                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 2, "(--anchor): unknown tag family 'tag36h12'"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "'-1' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
-                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
+                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 1, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
                 (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
             outcome = self.run_here("map", *words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)

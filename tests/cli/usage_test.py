@@ -119,7 +119,18 @@ class Usage(InFolder):
         outcome = self.run_here("map", "--json", "-o", "n", "lap", recording)
         self.assertEqual((outcome.code, (self.folder / "n/map.yaml").exists()), (0, True), outcome.err)
 
-    def test_an_empty_name_is_said_with_its_flag(self):
+    def test_calibrate_chooses_by_what_a_line_names(self):
+        recording = made(*LAP_OF_SQUARE) / "lap.mcap"
+        for words, chosen in (([recording], "robot"), (["none.mcap", "-o", "c.yaml"], "robot"), ([recording, "--cols", "6"], "camera"), (["photograph.png"], "camera"),
+                              (["board/*.png"], "camera"), (["walk.mp4", "--cols", "6"], "camera"), (["v4l2:/dev/video0"], "guided"), (["x.png", "--guided"], "guided"),
+                              (["-o", "c.yaml", "robot", recording], "robot"), (["camera", "v4l2:/dev/video0"], "guided")):
+            outcome = self.run_here("calibrate", *words, "--help")
+            self.assertEqual((outcome.code, outcome.err), (0, ""), words)
+            self.assertIn(f"Usage: waymark calibrate {chosen} ", outcome.out, words)
+        self.check(["calibrate"], "no verb given. Known: camera, guided, robot.")
+        self.check(["calibrate", recording, "--rows", "3"], "give either the board")
+
+    def test_an_empty_name_is_reported_with_its_flag(self):
         self.check(["teach", "--world", "", "-o", "x"], "--world needs a value (NAME)")
         self.check(["teach", "--world", "circuit24", "-o", ""], "-o needs a value (FILE)")
         self.check(["localize", "lap.mcap", "--map="], "--map needs a value")

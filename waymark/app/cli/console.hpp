@@ -118,7 +118,7 @@ class Console {
 /// Says the error: of what makes no sense (InvalidArgument) 2, else as fail_with().
 [[nodiscard]] ExitCode fail_by_kind(const Error& error, Console& console);
 
-/// Says the error: 2 as the command line makes no sense, 1 where the error is of a file or a device
+/// Prints the error: 2 as the command line makes no sense, 1 where the error is of a file or a device
 /// (exit_code_of()).
 [[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
 

@@ -87,10 +87,10 @@ TEST(Console, NamesAnErrorByTheFlagOfItsVerbAndAnInputByItsName) {
   console.say(Error{ErrorCode::NotFound, "none", {.key = "world"}, "Give `world`."});
   console.say(Error{ErrorCode::NotFound, "none", {.key = "map"}, {}});
   std::rewind(err);
-  std::string said(200, '\0');
-  said.resize(std::fread(said.data(), 1, said.size(), err));
+  std::string text(200, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), err));
   std::fclose(err);
-  EXPECT_EQ(said, "waymark x: (world): none. Give --world.\nwaymark x: (--map): none\n");
+  EXPECT_EQ(text, "waymark x: (world): none. Give --world.\nwaymark x: (--map): none\n");
 }
 
 TEST(Console, SaysFieldsAsFlags) {

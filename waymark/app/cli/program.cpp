@@ -359,7 +359,7 @@ std::string missing_value(std::span<const std::string> words, const CLI::App& ap
   return {};
 }
 
-/// A flag before the verb it is of, in words; empty: the words begin with a verb, or ask for help.
+/// The message about a flag before its verb; empty: the words begin with a verb, or ask for help.
 std::string flag_before_verb(const Verb& program, const std::vector<std::string>& words) {
   if (words.empty() || !words.front().starts_with('-') || asks_for_help(words.front()) ||
       words.front() == "--version")

@@ -197,13 +197,13 @@ TEST(Program, AVerbMayBeNamedAfterFlags) {
 }
 
 TEST(Program, AMisspeltVerbIsNotTakenForAnInput) {
-  const char* said =
+  const char* message =
       "prog usual: 'coutn' is neither a verb nor a file. Did you mean `prog usual count`? See `prog usual "
       "--help`.\n";
   for (const auto& words : {std::vector<std::string>{"usual", "coutn"},
                             {"usual", "coutn", "lap.mcap"},
                             {"usual", "--up-to", "5", "coutn", "lap.mcap"}}) {
-    EXPECT_EQ(run(words).err, said);
+    EXPECT_EQ(run(words).err, message);
     EXPECT_EQ(run(words).code, 2);
   }
   EXPECT_THAT(run({"usual", "./coutn"}).err, HasSubstr("./coutn")) << "a path is an input";

@@ -132,6 +132,13 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
     std::string message = "the recording holds no calibration of its camera (/camera_info)";
     if (!lap.setup.problems.empty())  // cut too early, perhaps
       message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
+    if (lap.odometry.empty() && lap.imu.empty())  // of a camera alone: a robot's file would not help
+      return fail(ErrorCode::NotFound, message + ", and no odometry", {},
+                  "The recording of a camera without a robot is mapped by `waymark map video`, with "
+                  "`camera`; that of "
+                  "several cameras by `waymark map tagslam=FOLDER`, where TagSLAM's files describe them and "
+                  "the tags' "
+                  "sizes. `waymark info` shows what it holds.");
     return fail(ErrorCode::NotFound, std::move(message), {},
                 "Give a robot's file with `robot`, or record sensor_msgs/CameraInfo with it; a table or bag "
                 "of detections "
