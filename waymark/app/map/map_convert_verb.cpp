@@ -33,9 +33,9 @@ ExitCode convert_one_map(const ConvertMapArgs& args, Console& console) {
   if (!form) return fail_usage(form.error(), console);
   ConvertMapJob job = args.job;
   job.form = *form;
-  const Result<ReadMap> done = convert_map(job, control_from(console));
+  const Result<ConvertMapReport> done = convert_map(job, control_from(console));
   if (!done) return fail_with(done.error(), console);
-  console.print(args.json ? json_line(fields(*job)) : to_text(job, *done));
+  console.print(args.json ? json_line(fields(*done)) : to_text(*done));
   for (const std::string& warning : done->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
 }
