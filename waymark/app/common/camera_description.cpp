@@ -39,7 +39,7 @@ struct ReportedPose {
 ReportFields fields(const ReportedPose& reported) {
   ReportFields all = fields(ReportedSolution{reported.pose.best});
   all.push_back({"ambiguity_ratio",
-                 "rms_px of this pose to that of the other one, 0 to 1; near 1 they cannot be told apart",
+                 "rms_px of this pose to that of the other one, 0 to 1; near 1 they are ambiguous",
                  reported.pose.ambiguity_ratio()});
   return all;
 }

@@ -183,7 +183,7 @@ std::optional<double> rotation_scale(const SimulatedRobotOptions& robot, std::op
   return (robot.sensors.odometry == "wheels" ? robot.dynamics.yaw_gain : 1.0) / *yaw_gain;
 }
 
-/// Changes the simulation of `robot`, and lists what the drive told.
+/// Changes the simulation of `robot`, and lists the measured quantities.
 void take_behaviour(const MappedDrive& drive, const Remaining& rest, SimulatedRobotOptions& robot,
                     WorldFromRecordingReport& report) {
   constexpr double kNearlyAll = 0.995;
