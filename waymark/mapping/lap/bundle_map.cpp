@@ -247,41 +247,42 @@ std::vector<ObservedFrame> observe_all(const LapInput& input) {
 /// What no other observation confirms; not of the anchor when nothing else would be left of it.
 std::vector<internal::ObservationIndex> doubtful_observations(const LapInput& input,
                                                               const std::vector<ObservedFrame>& observed) {
-  std::vector<internal::ObservationIndex> doubtful = internal::unconfirmed_observations(input, observed);
+  std::vector<internal::ObservationIndex> unconfirmed = internal::unconfirmed_observations(input, observed);
   const auto is_anchor = [&](const TagDetection& seen) { return seen.tag == input.anchor; };
   std::ptrdiff_t left = 0;
   for (const TagFrame& frame : input.frames) left += std::ranges::count_if(frame.detections, is_anchor);
   const auto of_anchor = [&](const internal::ObservationIndex& index) {
     return is_anchor(input.frames[index.frame].detections[index.detection]);
   };
-  if (left == std::ranges::count_if(doubtful, of_anchor)) std::erase_if(doubtful, of_anchor);
-  return doubtful;
+  if (left == std::ranges::count_if(unconfirmed, of_anchor)) std::erase_if(unconfirmed, of_anchor);
+  return unconfirmed;
 }
 
 /// Frames are observed anew without some of their observations.
-void leave_out(const LapInput& input, const std::vector<internal::ObservationIndex>& doubtful,
+void leave_out(const LapInput& input, const std::vector<internal::ObservationIndex>& unconfirmed,
                std::vector<ObservedFrame>& observed) {
-  const LapInput confirmed = internal::without(input, doubtful);
-  for (const internal::ObservationIndex& index : doubtful)
+  const LapInput confirmed = internal::without(input, unconfirmed);
+  for (const internal::ObservationIndex& index : unconfirmed)
     observed[index.frame] = observe(confirmed.frames[index.frame], input);
 }
 
 /// Doubtful observations are not used until everything else is adjusted.
-void disable_doubtful(const std::vector<internal::ObservationIndex>& doubtful, LapBundle& lap) {
-  const std::set<internal::ObservationIndex> all(doubtful.begin(), doubtful.end());
+void disable_unconfirmed(const std::vector<internal::ObservationIndex>& unconfirmed, LapBundle& lap) {
+  const std::set<internal::ObservationIndex> all(unconfirmed.begin(), unconfirmed.end());
   for (std::size_t i = 0; i < lap.observations.size(); ++i) {
     CornerTerm& term = lap.bundle.corners[i];
-    term.doubtful = all.contains({lap.observations[i].frame, lap.observations[i].detection});
-    term.used = term.used && !term.doubtful;
+    term.unconfirmed = all.contains({lap.observations[i].frame, lap.observations[i].detection});
+    term.used = term.used && !term.unconfirmed;
   }
 }
 
-/// Tags that the start does not have because all their observations are doubtful.
+/// Tags that the start does not have because all their observations are unconfirmed.
 std::set<TagId> tags_without_confirmed_observation(const LapInput& input,
-                                                   const std::vector<internal::ObservationIndex>& doubtful,
+                                                   const std::vector<internal::ObservationIndex>& unconfirmed,
                                                    const ChainResult& start) {
   std::set<TagId> tags;
-  for (const auto& [frame, detection] : doubtful) tags.insert(input.frames[frame].detections[detection].tag);
+  for (const auto& [frame, detection] : unconfirmed)
+    tags.insert(input.frames[frame].detections[detection].tag);
   std::erase_if(tags, [&](const TagId& tag) {
     return start.map.find(tag) != nullptr ||
            std::ranges::find(start.unconnected, tag) != start.unconnected.end();
@@ -313,8 +314,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
       internal::observations_of_duplicate_tags(driven, observed);
   const LapInput input = internal::without(driven, second);
   if (!second.empty()) observed = observe_all(input);
-  const std::vector<internal::ObservationIndex> doubtful = doubtful_observations(input, observed);
-  leave_out(input, doubtful, observed);
+  const std::vector<internal::ObservationIndex> unconfirmed = doubtful_observations(input, observed);
+  leave_out(input, unconfirmed, observed);
   const Result<ChainResult> start = map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes,
                                                  input.base_T_cam, chain_options, input.odometry);
   if (!start) return tl::unexpected(start.error());
@@ -323,8 +324,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   LapBundle lap = lap_bundle(input, *start, options.model);
   BundleMap result{
       .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
-  disable_doubtful(doubtful, lap);
-  const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, doubtful, *start);
+  disable_unconfirmed(unconfirmed, lap);
+  const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, unconfirmed, *start);
   result.unconnected.insert(result.unconnected.end(), without_confirmed.begin(), without_confirmed.end());
   optimise(input, lap, options, progress, result);
   std::erase_if(result.unconnected, [&](const TagId& tag) {
@@ -356,7 +357,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   result.map.floor = floor_of(lap, P);
   read_observations(input, lap, result);
   for (const auto& [frame, detection] : second) reject(given.frames[frame], detection, result);
-  for (const auto& [frame, detection] : doubtful) {
+  for (const auto& [frame, detection] : unconfirmed) {
     const TagId& tag = input.frames[frame].detections[detection].tag;
     if (std::ranges::find(result.unconfirmed, tag) != result.unconfirmed.end())
       reject(input.frames[frame], detection, result);

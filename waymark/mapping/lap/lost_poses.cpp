@@ -86,7 +86,7 @@ bool place_lost_frames_again(const LapInput& input, const BundleMapOptions& opti
     lost.erase(base);
     any = true;
   }
-  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.unconfirmed);
   return any;
 }
 
@@ -109,7 +109,7 @@ bool place_lost_tags_again(const LapInput& input, const BundleMapOptions& option
     lap.bundle.poses[pose].value = agreed->value.mean;
     any = true;
   }
-  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.unconfirmed);
   return any;
 }
 
@@ -195,12 +195,12 @@ void repair_trajectory_jumps(const LapInput& input, const BundleMapOptions& opti
   const LapBundle before = lap;
   for (const PoseIndex suspect : suspects(before, options.search.outlier_chi2)) {
     LapBundle again = before;
-    for (CornerTerm& term : again.bundle.corners) term.used = term.tag != suspect && !term.doubtful;
+    for (CornerTerm& term : again.bundle.corners) term.used = term.tag != suspect && !term.unconfirmed;
     for (OdometryTerm& term : again.bundle.odometry) term.factor.whitening *= exactness;
     if (!solve(again.bundle, search, progress).usable()) continue;
     again.bundle.odometry = before.bundle.odometry;
     place_lost_tags_again(input, options, again);
-    for (CornerTerm& term : again.bundle.corners) term.used = !term.doubtful;
+    for (CornerTerm& term : again.bundle.corners) term.used = !term.unconfirmed;
     const BundleSummary other = solve(again.bundle, search, progress);
     if (!other.usable() || other.final_cost >= summary.final_cost || other.invisible > summary.invisible)
       continue;

@@ -61,7 +61,7 @@ TEST(LostFrames, WhatIsFoundAgainGivesItsObservationsTheirSayBack) {
   p.base(kFrame) = kElsewhere * p.base(kFrame);
   for (CornerTerm& term : p.lap.bundle.corners) term.used = term.rig != *p.lap.bases[kFrame];
   p.lap.bundle.corners.front().used = false;
-  p.lap.bundle.corners.front().doubtful = true;
+  p.lap.bundle.corners.front().unconfirmed = true;
   EXPECT_TRUE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
   EXPECT_FALSE(p.lap.bundle.corners.front().used) << "what is in doubt still has none";
   EXPECT_TRUE(std::all_of(p.lap.bundle.corners.begin() + 1, p.lap.bundle.corners.end(),

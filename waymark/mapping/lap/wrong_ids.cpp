@@ -392,11 +392,11 @@ std::vector<ObservationIndex> unconfirmed_observations(const LapInput& lap,
     }
   }
   const Confirmation confirmation = confirm_observations(seen, poses, motions_of(lap, observed));
-  std::vector<ObservationIndex> doubtful;
+  std::vector<ObservationIndex> unconfirmed;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (confirmation.doubtful[i] != 0) doubtful.push_back(indices[i]);
+    if (confirmation.unconfirmed[i] != 0) unconfirmed.push_back(indices[i]);
   }
-  return doubtful;
+  return unconfirmed;
 }
 
 }  // namespace waymark::internal

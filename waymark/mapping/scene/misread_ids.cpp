@@ -129,7 +129,7 @@ class Corrector {
     term.factor = found.factor;
     term.tag = terms()[found.like].tag;
     term.used = true;
-    term.doubtful = false;
+    term.unconfirmed = false;
   }
 
   SceneMap& map_;

@@ -60,8 +60,8 @@ class Placer {
     while (true) {
       place_frames();
       if (place_statics(std::max(3, fewest())) || place_statics(fewest())) {
-        if (doubtful_too_) trust(false);
-      } else if (doubtful_too_ || std::ranges::none_of(bundle_.corners, &CornerTerm::doubtful)) {
+        if (unconfirmed_too_) trust(false);
+      } else if (unconfirmed_too_ || std::ranges::none_of(bundle_.corners, &CornerTerm::unconfirmed)) {
         break;
       } else {
         trust(true);
@@ -82,15 +82,15 @@ class Placer {
 
  private:
   [[nodiscard]] int fewest() const {
-    return doubtful_too_ ? options_.fewest_doubtful_votes : options_.fewest_votes;
+    return unconfirmed_too_ ? options_.fewest_doubtful_votes : options_.fewest_votes;
   }
 
   /// Whether terms in doubt vote.
-  void trust(bool doubtful_too) {
-    doubtful_too_ = doubtful_too;
+  void trust(bool unconfirmed_too) {
+    unconfirmed_too_ = unconfirmed_too;
     for (const CornerTerm& term : bundle_.corners) {
       for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
-        if (term.doubtful) dirty_[pose_of(term, role)] = 1;
+        if (term.unconfirmed) dirty_[pose_of(term, role)] = 1;
       }
     }
   }
@@ -117,7 +117,7 @@ class Placer {
     std::vector<Vote<SE3>> result;
     for (const Appearance& at : appearances_[pose]) {
       if (result.size() >= most) break;
-      if (bundle_.corners[at.term].doubtful && !doubtful_too_) continue;
+      if (bundle_.corners[at.term].unconfirmed && !unconfirmed_too_) continue;
       std::array<const std::vector<Hypothesis>*, 4> sets{};
       bool ready = true;
       for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
@@ -200,7 +200,7 @@ class Placer {
   std::vector<std::optional<std::vector<Hypothesis>>> squares_;
   std::vector<char> dirty_;  ///< of each pose: what it is seen with has changed
   std::vector<std::optional<internal::Agreement<SE3>>> agreed_;  ///< of poses that are not placed yet
-  bool doubtful_too_ = false;
+  bool unconfirmed_too_ = false;
 };
 
 }  // namespace
@@ -285,7 +285,7 @@ int replace_contradicted(Bundle& bundle, const std::vector<char>& placed, const 
   std::vector<char> good(bundle.corners.size(), 0);
   for (std::size_t i = 0; i < bundle.corners.size(); ++i) {
     const CornerTerm& term = bundle.corners[i];
-    if (!can_count(term) || term.doubtful) continue;
+    if (!can_count(term) || term.unconfirmed) continue;
     good[i] = loss(bundle, term, good_chi2) < std::log1p(1.0) ? 1 : 0;
     for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag})
       appearances[pose_of(term, role)].push_back({i, role});
@@ -300,7 +300,7 @@ int replace_contradicted(Bundle& bundle, const std::vector<char>& placed, const 
       moved += better_place(bundle, i, appearances[i], moves, good_chi2, options) ? 1 : 0;
     }
   }
-  for (CornerTerm& term : bundle.corners) term.used = can_count(term) && !term.doubtful;
+  for (CornerTerm& term : bundle.corners) term.used = can_count(term) && !term.unconfirmed;
   return moved;
 }
 

@@ -111,7 +111,7 @@ TEST(PlacePoses, WhatIsInDoubtPlacesATagOnlyWhereNothingElseLeadsOn) {
   const RigScene made = rig_scene();
   Start start(made);
   const PoseIndex tag = start.map.problem.tags[0][4];
-  for (CornerTerm& term : start.bundle().corners) term.doubtful = term.tag == tag;
+  for (CornerTerm& term : start.bundle().corners) term.unconfirmed = term.tag == tag;
   start.forget();
   const std::vector<char> placed = place_poses(start.bundle(), start.known);
   EXPECT_NE(placed[tag], 0) << "nothing else says where it is";

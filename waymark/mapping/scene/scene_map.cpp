@@ -178,13 +178,13 @@ class Search {
         squares.push_back(internal::poses_of_square(bundle, term, options.two_poses_sigma_px));
       const internal::Confirmation confirmation = confirm(squares);
       for (std::size_t i = 0; i < bundle.corners.size(); ++i)
-        bundle.corners[i].doubtful = confirmation.doubtful[i] != 0;
+        bundle.corners[i].unconfirmed = confirmation.unconfirmed[i] != 0;
       options.fewest_votes = 2;
       options.fewest_doubtful_votes = confirmation.fewest_votes;
       options.squares = &squares;
     }
     map_.placed = place_poses(bundle, known_, options);
-    for (CornerTerm& term : bundle.corners) term.used = term.used && !term.doubtful;
+    for (CornerTerm& term : bundle.corners) term.used = term.used && !term.unconfirmed;
   }
 
   /// Views are of one camera at one time.
@@ -297,13 +297,13 @@ class Search {
     std::vector<char> stands(map_.problem.moves.size());  // by itself, or by what is not in doubt
     for (std::size_t i = 0; i < stands.size(); ++i) stands[i] = map_.problem.moves[i] == 0 ? 1 : 0;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
-      if (!bundle.corners[i].doubtful && good(i))
+      if (!bundle.corners[i].unconfirmed && good(i))
         stands[bundle.corners[i].rig] = stands[bundle.corners[i].body] = 1;
     }
     bool changed = false;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
       const CornerTerm& term = bundle.corners[i];
-      const bool used = good(i) && (!term.doubtful || (stands[term.rig] != 0 && stands[term.body] != 0));
+      const bool used = good(i) && (!term.unconfirmed || (stands[term.rig] != 0 && stands[term.body] != 0));
       changed = changed || used != bundle.corners[i].used;
       bundle.corners[i].used = used;
     }

@@ -76,7 +76,7 @@ void list_unconnected(SceneMap& map) {
   std::map<TagId, std::set<std::size_t>> frames;
   for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
     const SceneObservation& seen = map.observations.seen[i];
-    if (map.problem.bundle.corners[i].doubtful &&
+    if (map.problem.bundle.corners[i].unconfirmed &&
         frames.contains(map.scene.bodies[seen.body].tags[seen.tag].id))
       continue;
     const TagId id = map.scene.bodies[seen.body].tags[seen.tag].id;
