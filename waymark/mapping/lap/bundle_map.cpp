@@ -61,7 +61,7 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
               const MapProgress& progress, BundleMap& result) {
   constexpr double kRough = 1e-5;  // what contradicts the rest shows long before the last digit
   const BundleOptions search{options.search.max_iterations, kRough, options.search.robust_chi2};
-  const BundleProgress looking = progress_of(progress, "looking for outliers");
+  const BundleProgress looking = progress_of(progress, "rejecting outliers");
   result.summary = solve(lap.bundle, search, looking);
   if (!result.summary.usable()) return;
   const bool frames = internal::place_lost_frames_again(input, options, lap);

@@ -76,7 +76,7 @@ TEST(LapLaws, AnAisleThatNoTagLeadsToStartsAsItsOwnTagsAndTheWheelsHaveIt) {
       {.tags = 3 * kInAisle, .aisle_m = 7, .frame_m = 0.06, .farthest_m = 4, .seed = 1});
   int steps = 0;
   const auto count = [&](const std::string& stage, int /*iteration*/, double /*cost*/) {
-    steps += stage == "looking for outliers" ? 1 : 0;
+    steps += stage == "rejecting outliers" ? 1 : 0;
     return true;
   };
   const auto map = map_by_bundle(house.lap, {}, {}, count);

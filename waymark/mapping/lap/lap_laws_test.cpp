@@ -143,7 +143,7 @@ TEST(RingLaws, ASearchEndsWhereverItIsAskedTo) {
   }));
   EXPECT_EQ(stages.front(), "from tag to tag");
   EXPECT_EQ(stages.back(), "how sure it is");
-  EXPECT_THAT(stages, Contains("looking for outliers"));
+  EXPECT_THAT(stages, Contains("rejecting outliers"));
   for (int last = 1; last <= steps; last += std::max(1, steps / 12)) {
     int asked = 0;
     const auto stopped =

@@ -285,14 +285,14 @@ class Confirmer {
       for (std::size_t i : of_tag) alone += size[groups_.root(i)] == 1 && could_mislead(i) ? 1 : 0;
     }
     Confirmation result{.unconfirmed = std::vector<char>(seen_.size(), 0),
-                        .fewest_votes = votes_beyond_chance(alone, tags)};
+                        .min_votes = votes_beyond_chance(alone, tags)};
     for (const std::vector<std::size_t>& of_tag : tags_) {
       std::size_t largest = 0;
       for (std::size_t i : of_tag) largest = std::max(largest, size[groups_.root(i)]);
       for (std::size_t i : of_tag) {
         const std::size_t group = size[groups_.root(i)];
         const bool confirmed =
-            group >= 2 && (group == largest || group >= static_cast<std::size_t>(result.fewest_votes));
+            group >= 2 && (group == largest || group >= static_cast<std::size_t>(result.min_votes));
         result.unconfirmed[i] = !confirmed && could_mislead(i) ? 1 : 0;
       }
     }

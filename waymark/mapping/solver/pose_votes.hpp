@@ -54,7 +54,7 @@ struct ViewMotion {
 
 struct Confirmation {
   std::vector<char> unconfirmed{};  ///< by observation: it could have been confirmed and was not
-  int fewest_votes = 2;             ///< this many wrong ids agree by chance in less than one map of a hundred
+  int min_votes = 2;                ///< this many wrong ids agree by chance in less than one map of a hundred
 };
 
 /// `poses`: view_T_tag of each observation, one or two. Two observations of a tag confirm each other if one
@@ -62,7 +62,7 @@ struct Confirmation {
 /// - a neighbour in both views, or the motion between the views, gives the tag the same pose;
 /// - the tag hardly moves in the image between successive views (misread ids come and go).
 /// Observations that confirm each other, directly or through others, form a group. An observation is
-/// unconfirmed if it is neither in the largest group of its tag nor in one of at least `fewest_votes`. The
+/// unconfirmed if it is neither in the largest group of its tag nor in one of at least `min_votes`. The
 /// observation of a view with no other tag and no known motion is never unconfirmed, because it cannot affect
 /// other tags. O(observations * tags per view) at worst, O(observations) if ids are right.
 [[nodiscard]] Confirmation confirm_observations(const std::vector<ViewedTag>& seen,

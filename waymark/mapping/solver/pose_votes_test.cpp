@@ -52,7 +52,7 @@ Row walk(std::size_t views) {
 TEST(ConfirmedObservations, ConsistentTagsAreConfirmed) {
   const Confirmation confirmation = walk(200).confirmed();
   EXPECT_EQ(count(confirmation), 0);
-  EXPECT_EQ(confirmation.fewest_votes, 2);
+  EXPECT_EQ(confirmation.min_votes, 2);
 }
 
 TEST(ConfirmedObservations, OnlyAMisreadIdIsUnconfirmed) {
@@ -90,7 +90,7 @@ TEST(ConfirmedObservations, MoreWrongIdsRequireMoreVotes) {
   Random random(4);
   Row row = walk(200);
   for (std::size_t i = 0; i < row.seen.size(); i += 9) row.seen[i].tag = random.index(12);
-  EXPECT_GT(row.confirmed().fewest_votes, 2);
+  EXPECT_GT(row.confirmed().min_votes, 2);
 }
 
 TEST(ConfirmedObservations, AKnownMotionConfirmsATagWithoutNeighbours) {
