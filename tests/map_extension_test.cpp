@@ -41,7 +41,7 @@ TEST(MapExtension, ASecondLapImprovesTheMapAndSaysByHowMuch) {
     const BundleMap second =
         map_of(extending(drive(static_cast<std::uint64_t>(102 + 2 * i)).input, first.map));
     EXPECT_EQ(second.prior_agreeing, 24);
-    EXPECT_TRUE(second.prior_words.empty());
+    EXPECT_TRUE(second.prior_warnings.empty());
     before += std::pow(rmse(first.map), 2) / pairs;
     after += std::pow(rmse(second.map), 2) / pairs;
     for (const auto& [id, mapped] : second.map.tags) {
@@ -69,7 +69,7 @@ TEST(MapExtension, NamesATagThatWasMovedSinceAndTakesItsNewPlace) {
   std::swap(map.tags.at(tag(14)).map_T_tag, map.tags.at(tag(15)).map_T_tag);
   const Lap lap = drive(122);
   const BundleMap extended = map_of(extending(lap.input, map));
-  EXPECT_THAT(extended.prior_words,
+  EXPECT_THAT(extended.prior_warnings,
               ::testing::UnorderedElementsAre(HasSubstr("tag36h11:9 stands 12"),
                                               HasSubstr("tag36h11:14 and tag36h11:15 are swapped")));
   EXPECT_EQ(extended.prior_agreeing, 21);
@@ -133,10 +133,10 @@ TEST(MapExtension, FindsTagsThatWereMovedAmongTagsThatArePrintedAside) {
     Lap lap = drive(seed);
     print(kPrinted_m, seed, lap.input);
     const BundleMap extended = map_of(extending(lap.input, map));
-    EXPECT_THAT(extended.prior_words, Contains(HasSubstr("tag36h11:4 stands"))) << "seed " << seed;
-    EXPECT_THAT(extended.prior_words, Contains(HasSubstr("tag36h11:22 stands"))) << "seed " << seed;
-    EXPECT_EQ(extended.prior_agreeing + static_cast<int>(extended.prior_words.size()), 24);
-    wrong += static_cast<int>(extended.prior_words.size()) - 2;
+    EXPECT_THAT(extended.prior_warnings, Contains(HasSubstr("tag36h11:4 stands"))) << "seed " << seed;
+    EXPECT_THAT(extended.prior_warnings, Contains(HasSubstr("tag36h11:22 stands"))) << "seed " << seed;
+    EXPECT_EQ(extended.prior_agreeing + static_cast<int>(extended.prior_warnings.size()), 24);
+    wrong += static_cast<int>(extended.prior_warnings.size()) - 2;
   }
   std::printf("%d of %d tags taken for moved that were not\n", wrong, 22 * laps);
   EXPECT_LE(wrong, 22 * laps / 50);

@@ -35,8 +35,8 @@ struct Problem {
 TEST(LostFrames, ThereIsNoneAtTheTruth) {
   Problem p;
   const auto before = p.lap.bundle.poses;
-  EXPECT_FALSE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
-  EXPECT_FALSE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   for (std::size_t i = 0; i < before.size(); ++i)
     EXPECT_EQ(p.lap.bundle.poses[i].value.matrix(), before[i].value.matrix()) << i;
 }
@@ -44,7 +44,7 @@ TEST(LostFrames, ThereIsNoneAtTheTruth) {
 TEST(LostFrames, AFrameAloneIsFoundByItsTagsAndItsNeighbours) {
   Problem p;
   p.base(kFrame) = kElsewhere * p.base(kFrame);
-  EXPECT_TRUE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
+  EXPECT_TRUE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
   EXPECT_LT(p.off(kFrame), 0.02);
   EXPECT_LT(p.off(kFrame - 1), 1e-12) << "its neighbours stay where they were";
 }
@@ -52,7 +52,7 @@ TEST(LostFrames, AFrameAloneIsFoundByItsTagsAndItsNeighbours) {
 TEST(LostFrames, ARunOfThemIsFoundOneAfterTheOther) {
   Problem p;
   for (std::size_t f = kFrame; f < kFrame + 12; ++f) p.base(f) = kElsewhere * p.base(f);
-  EXPECT_TRUE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
+  EXPECT_TRUE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
   for (std::size_t f = kFrame; f < kFrame + 12; ++f) EXPECT_LT(p.off(f), 0.05) << f;
 }
 
@@ -62,7 +62,7 @@ TEST(LostFrames, WhatIsFoundAgainGivesItsObservationsTheirSayBack) {
   for (CornerTerm& term : p.lap.bundle.corners) term.used = term.rig != *p.lap.bases[kFrame];
   p.lap.bundle.corners.front().used = false;
   p.lap.bundle.corners.front().unconfirmed = true;
-  EXPECT_TRUE(place_lost_frames_again(p.drive.lap, p.options, p.lap));
+  EXPECT_TRUE(reinitialise_lost_frames(p.drive.lap, p.options, p.lap));
   EXPECT_FALSE(p.lap.bundle.corners.front().used) << "what is in doubt still has none";
   EXPECT_TRUE(std::all_of(p.lap.bundle.corners.begin() + 1, p.lap.bundle.corners.end(),
                           [](const CornerTerm& term) { return term.used; }));
@@ -71,7 +71,7 @@ TEST(LostFrames, WhatIsFoundAgainGivesItsObservationsTheirSayBack) {
 TEST(LostTags, ATagInTheWrongPlaceIsFoundByItsObservations) {
   Problem p;
   p.tag(5) = kElsewhere * p.tag(5);
-  EXPECT_TRUE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_TRUE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   EXPECT_LT(p.off_tag(5), 0.02);
   EXPECT_LT(p.off_tag(4), 1e-12);
 }
@@ -79,7 +79,7 @@ TEST(LostTags, ATagInTheWrongPlaceIsFoundByItsObservations) {
 TEST(LostTags, TheAnchorStaysWhateverContradictsIt) {
   Problem p;
   p.tag(0) = kElsewhere * p.tag(0);
-  EXPECT_FALSE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   EXPECT_GT(p.off_tag(0), 0.5);
 }
 
@@ -92,7 +92,7 @@ TEST(LostTags, ATagMostOfWhoseObservationsAgreeStays) {
     for (Eigen::Vector2d& corner : term.factor.corners_px) corner.x() += 50;
   }
   ASSERT_GT(spoiled, 9);
-  EXPECT_FALSE(place_lost_tags_again(p.drive.lap, p.options, p.lap));
+  EXPECT_FALSE(reinitialise_lost_tags(p.drive.lap, p.options, p.lap));
   EXPECT_LT(p.off_tag(5), 1e-12);
 }
 

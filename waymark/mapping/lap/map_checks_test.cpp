@@ -162,7 +162,7 @@ TEST(MapCheck, WhatIsNotInTheMapIsNamed) {
 TEST(MapCheck, WhatChangedSinceThePriorMapIsPassedOn) {
   const RingDrive drive = drive_ring();
   BundleMap map = true_map(drive);
-  map.prior_words = {"tag36h11:3 stands elsewhere"};
+  map.prior_warnings = {"tag36h11:3 stands elsewhere"};
   EXPECT_THAT(check_map(drive.lap, map), ElementsAre("tag36h11:3 stands elsewhere"));
 }
 

@@ -34,7 +34,7 @@ TEST(MountingEstimate, OfARightFileNothingStandsOut) {
   LapBundle lap = taken_for(drive, drive.lap.base_T_cam);
   const auto estimate = estimate_mounting(lap, 100, {});
   ASSERT_TRUE(estimate);
-  EXPECT_FALSE(estimate->stands_out());
+  EXPECT_FALSE(estimate->any_significant());
   for (Eigen::Index i = 0; i < 6; ++i)
     EXPECT_LT(std::abs(estimate->off[i]), std::max(1e-3, 4 * estimate->sigma[i])) << i;
   EXPECT_EQ(estimate->focal_scale, 1);

@@ -65,7 +65,7 @@ void add_noise(Bundle& bundle, double sigma_px, Random& random) {
 TEST(CornerNoise, WhatTheFitUsesUpAreItsUnknowns) {
   const LapBundle lap = walk(60);
   ASSERT_EQ(lap.bundle.corners.size(), 120U);
-  const std::vector<double> freedom = internal::freedom_left(lap);
+  const std::vector<double> freedom = internal::redundancy_of(lap);
   const double left = std::accumulate(freedom.begin(), freedom.end(), 0.0);
   EXPECT_NEAR(left, 8.0 * 120 - 6 * (60 + 9), 1e-2);
 }
@@ -79,7 +79,7 @@ TEST(CornerNoise, IsFoundWhereMuchOfItIsFitted) {
     LapBundle lap = walk(100);
     add_noise(lap.bundle, kTrue * kClaimed_px, random);
     ASSERT_TRUE(solve(lap.bundle).usable());
-    mean += internal::noise_ratio(corner_chi2(lap.bundle), internal::freedom_left(lap)) / kDraws;
+    mean += internal::noise_ratio(corner_chi2(lap.bundle), internal::redundancy_of(lap)) / kDraws;
   }
   EXPECT_NEAR(mean, kTrue, 0.02 * kTrue);
 }
@@ -90,7 +90,7 @@ TEST(CornerNoise, OutliersHardlyMoveIt) {
   add_noise(lap.bundle, kClaimed_px, random);
   ASSERT_TRUE(solve(lap.bundle).usable());
   std::vector<double> chi2 = corner_chi2(lap.bundle);
-  const std::vector<double> freedom = internal::freedom_left(lap);
+  const std::vector<double> freedom = internal::redundancy_of(lap);
   const double before = internal::noise_ratio(chi2, freedom);
   for (std::size_t i = 0; i < chi2.size(); i += 20) chi2[i] = 1e4;
   chi2[1] = std::numeric_limits<double>::infinity();

@@ -173,7 +173,7 @@ TEST(TieToPrior, TagsThatStandWhereTheyWereAllAgree) {
   ASSERT_TRUE(tied) << to_string(tied.error());
   EXPECT_EQ(tied->agreeing.size(), 12U);
   EXPECT_THAT(tied->moved, IsEmpty());
-  EXPECT_THAT(tied->words, IsEmpty());
+  EXPECT_THAT(tied->warnings, IsEmpty());
   EXPECT_TRUE(e.lap.bundle.poses[e.lap.tags.at(ring_tag(0))].fixed) << "known exactly";
   EXPECT_FALSE(e.lap.anchor) << "the lap's own anchor defines the map no more";
   const double before = covariance(e.lap.bundle).poses[e.lap.tags.at(ring_tag(5))].trace();
@@ -193,7 +193,7 @@ TEST(TieToPrior, ATagThatWasMovedIsNamedAndItsOldPlaceStays) {
   const auto tied = e.tie();
   ASSERT_TRUE(tied);
   EXPECT_THAT(tied->moved, ElementsAre(ring_tag(4)));
-  EXPECT_THAT(tied->words, ElementsAre(HasSubstr("tag36h11:4 stands 20")));
+  EXPECT_THAT(tied->warnings, ElementsAre(HasSubstr("tag36h11:4 stands 20")));
   EXPECT_NE(tied->before.at(ring_tag(4)), e.lap.tags.at(ring_tag(4)));
   EXPECT_LT(minus(e.lap.bundle.poses[tied->before.at(ring_tag(4))].value, old).norm(), 1e-12);
   EXPECT_EQ(tied->before.at(ring_tag(5)), e.lap.tags.at(ring_tag(5)));
@@ -204,7 +204,7 @@ TEST(TieToPrior, SwappedTagsAreNamedOnceAsAPair) {
   std::swap(e.prior.map.tags.at(ring_tag(4)).map_T_tag, e.prior.map.tags.at(ring_tag(7)).map_T_tag);
   const auto tied = e.tie();
   ASSERT_TRUE(tied);
-  EXPECT_THAT(tied->words,
+  EXPECT_THAT(tied->warnings,
               ElementsAre("tag36h11:4 and tag36h11:7 are swapped against the map that is extended"));
   EXPECT_EQ(tied->agreeing.size(), 10U);
 }
@@ -279,7 +279,7 @@ TEST(TieToPrior, OfAMeasuredMapTheTagThatContradictsAllOthersIsUntied) {
   }
   EXPECT_LT(rounds, 24) << "it ends";
   EXPECT_THAT(tied->moved, ElementsAre(ring_tag(6)));
-  EXPECT_THAT(tied->words, ElementsAre(::testing::ContainsRegex("tag36h11:6 stands 3[5-7] mm")));
+  EXPECT_THAT(tied->warnings, ElementsAre(::testing::ContainsRegex("tag36h11:6 stands 3[5-7] mm")));
   EXPECT_LT((e.place(6).translation() - e.drive.tags.tags.at(ring_tag(6)).map_T_tag.translation()).norm(),
             0.01);
 }

@@ -231,7 +231,7 @@ void for_tags(const SceneMap& map, const Visit& visit) {
   }
 }
 
-void warn_of_priors(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
   constexpr double kGate = 22.46;  // 0.999 quantile of chi-square with 6 degrees of freedom
   const auto check = [&](const std::string& name, PoseIndex pose, const std::optional<ScenePrior>& prior) {
     if (!prior || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed) return;
@@ -239,7 +239,7 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& words) {
     const Vector6 r = pose_prior_residual(prior->factor(), now);
     if (!(r.squaredNorm() > kGate)) return;
     const SE3 off = prior->mean.inverse() * now;
-    words.push_back(
+    warnings.push_back(
         fmt::format("{} is {:.4f} m and {:.2f} deg from its given pose ({:.1f} sigma); the observations are "
                     "inconsistent with it",
                     name, off.translation().norm(), to_degrees(off.rotation().log().norm()), r.norm()));
@@ -256,7 +256,7 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& words) {
   });
 }
 
-void warn_of_measurements(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_measurements(const SceneMap& map, std::vector<std::string>& warnings) {
   constexpr double kGate = 3;
   std::map<PoseIndex, int> number;
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) { number[pose] = tag.id.number; });
@@ -268,31 +268,31 @@ void warn_of_measurements(const SceneMap& map, std::vector<std::string>& words) 
   for (const PointDistanceTerm& term : map.problem.bundle.point_distances) {
     const double off = (at(term.a) - at(term.b)).norm() - term.measured_m;
     if (in_map(term.a) && in_map(term.b) && std::abs(off) > kGate * term.sigma_m)
-      words.push_back(fmt::format(
+      warnings.push_back(fmt::format(
           "given distance of {:.4f} m between tags {} and {}: the map differs by {:+.4f} m ({:.1f} sigma)",
           term.measured_m, number[term.a.tag], number[term.b.tag], off, std::abs(off) / term.sigma_m));
   }
   for (const PointCoordinateTerm& term : map.problem.bundle.point_coordinates) {
     const double off = term.direction.dot(at(term.point)) - term.measured_m;
     if (in_map(term.point) && std::abs(off) > kGate * term.sigma_m)
-      words.push_back(
+      warnings.push_back(
           fmt::format("given coordinate of {:.4f} m of tag {}: the map differs by {:+.4f} m ({:.1f} sigma)",
                       term.measured_m, number[term.point.tag], off, std::abs(off) / term.sigma_m));
   }
   const double off_sigma = std::abs(map.size_scale - 1) / map.size_prior_sigma;
   if (off_sigma > kGate)
-    words.push_back(
+    warnings.push_back(
         fmt::format("according to the given distances, tags are {:.3f} times their given size ({:.1f} sigma)",
                     map.size_scale, off_sigma));
 }
 
-void warn_of_cameras(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_cameras(const SceneMap& map, std::vector<std::string>& warnings) {
   constexpr double kGate = 3;
   for (const FoundIntrinsics& lens : map.intrinsics) {
     for (Eigen::Index i = 0; i < lens.found.size(); ++i) {
       const double off = lens.found[i] - lens.given[i];
       if (std::abs(off) > kGate * lens.prior_sigma[i])
-        words.push_back(fmt::format("camera {}: {} is estimated as {:.6g}, given {:.6g} ({:.1f} sigma)",
+        warnings.push_back(fmt::format("camera {}: {} is estimated as {:.6g}, given {:.6g} ({:.1f} sigma)",
                                     map.scene.cameras[lens.camera].name,
                                     lens.names[static_cast<std::size_t>(i)], lens.found[i], lens.given[i],
                                     std::abs(off) / lens.prior_sigma[i]));
@@ -300,12 +300,12 @@ void warn_of_cameras(const SceneMap& map, std::vector<std::string>& words) {
   }
 }
 
-void warn_of_tags(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
   const std::vector<Counts> counts = counts_of(map);
   struct Line {
     bool known;
     int rejected;
-    std::string words;
+    std::string warnings;
   };
   std::vector<Line> lines;
   std::vector<TagId> alone;
@@ -324,37 +324,37 @@ void warn_of_tags(const SceneMap& map, std::vector<std::string>& words) {
   std::ranges::stable_sort(lines, std::greater<>{},
                            [](const Line& l) { return std::pair(l.known, l.rejected); });
   if (lines.size() > kMaxLines) lines.resize(kMaxLines);
-  for (Line& line : lines) words.push_back(std::move(line.words));
+  for (Line& line : lines) warnings.push_back(std::move(line.warnings));
   if (!alone.empty())
-    words.push_back(names_of(alone) + ": no accepted observations; the map has the given pose");
+    warnings.push_back(names_of(alone) + ": no accepted observations; the map has the given pose");
 }
 
 std::string observations(int count) {
   return count == 1 ? "one observation" : fmt::format("{} observations", count);
 }
 
-void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& warnings) {
   for (const SceneCut& cut : map.left_out_cuts) {
-    words.push_back(fmt::format("{}: excluded; connected only by {} of {}, without confirmation by others",
+    warnings.push_back(fmt::format("{}: excluded; connected only by {} of {}, without confirmation by others",
                                 names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
   for (std::size_t i = 0; i < std::min(map.thin_cuts.size(), kMaxLines); ++i) {
     const SceneCut& cut = map.thin_cuts[i];
-    words.push_back(fmt::format("{}: connected only by {} of {}; an error in these would move all of them",
+    warnings.push_back(fmt::format("{}: connected only by {} of {}; an error in these would move all of them",
                                 names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
   if (!map.undetermined.empty())
-    words.push_back(names_of(map.undetermined) + ": pose not determined by the observations");
+    warnings.push_back(names_of(map.undetermined) + ": pose not determined by the observations");
 }
 
-void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& words) {
+void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& warnings) {
   const std::size_t all = map.corrected_ids.size();
   if (all == 0) return;
   std::vector<std::string> cases;
   for (std::size_t i = 0; i < std::min(all, kMaxLines); ++i)
     cases.push_back(
         fmt::format("{} for {}", map.corrected_ids[i].read.number, map.corrected_ids[i].is.number));
-  words.push_back(
+  warnings.push_back(
       fmt::format("{} observation{} had a misread id and {} used for the tag at that position: {}{}", all,
                   all == 1 ? "" : "s", all == 1 ? "was" : "were", fmt::join(cases, ", "),
                   all > kMaxLines ? ", ..." : ""));
@@ -363,14 +363,14 @@ void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& words) {
 }  // namespace
 
 std::vector<std::string> scene_warnings(const SceneMap& map) {
-  std::vector<std::string> words;
-  warn_of_priors(map, words);
-  warn_of_measurements(map, words);
-  warn_of_cameras(map, words);
-  warn_of_tags(map, words);
-  warn_of_thin_cuts(map, words);
-  warn_of_misread_ids(map, words);
-  return words;
+  std::vector<std::string> warnings;
+  warn_of_priors(map, warnings);
+  warn_of_measurements(map, warnings);
+  warn_of_cameras(map, warnings);
+  warn_of_tags(map, warnings);
+  warn_of_thin_cuts(map, warnings);
+  warn_of_misread_ids(map, warnings);
+  return warnings;
 }
 
 namespace {
