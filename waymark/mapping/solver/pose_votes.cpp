@@ -197,7 +197,7 @@ class Confirmer {
     return least;
   }
 
-  /// The same from the motion between the views; infinite if the motion is too uncertain to tell tags apart.
+  /// The same from the motion between the views; infinite if the motion is too uncertain to distinguish tags.
   double apart_by_motion(std::size_t a, std::size_t b) const {
     constexpr std::size_t kMaxViewGap = 30;
     const std::size_t from = seen_[a].view;
