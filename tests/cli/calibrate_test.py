@@ -177,7 +177,7 @@ class CalibrateRobot(unittest.TestCase):
         large = waymark("calibrate", "robot", "lap.mcap", "--tag-size-m", "0.3", "--to", "15", cwd=self.folder)
         self.assertEqual(large.code, 0, large.err)
         self.assertIn("the recording says 0.16 m", large.err)
-        self.assertIn("% farther than by its wheels", large.err)
+        self.assertIn(" % farther", large.err)
         localized = waymark("localize", "lap.mcap", "--map", "map/map.yaml", "--calibration", "calibration.yaml", "-o", "est.mcap",
                             cwd=self.folder)
         self.assertEqual(localized.code, 0, localized.err)
