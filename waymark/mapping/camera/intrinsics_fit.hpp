@@ -51,8 +51,8 @@ struct FitOptions {
   LensModel lens = LensModel::Radtan4;
   int width_px = 0;
   int height_px = 0;
-  int free_parameters =
-      1000;                ///< number of leading parameters to estimate; the rest are fixed; 0: poses only
+  /// Number of leading parameters to estimate; the rest are fixed; 0: poses only.
+  int free_parameters = 1000;
   double huber_sigma = 3;  ///< a mark with a larger mean residual is downweighted; 0: no downweighting
   int max_iterations = 60;
 };

@@ -207,8 +207,8 @@ TiePairs pairs_to_tie(const LapInput& input, const LapBundle& lap, const std::op
 
 namespace {
 
-constexpr double kPrinted_m =
-    0.0005;  ///< of a printed corner: paper, glue and the systematic error of the detector
+/// Error of a printed corner: paper, glue and the systematic error of the detector.
+constexpr double kPrinted_m = 0.0005;
 constexpr double kMaxDistance_m = 0.5;
 
 using Matrices = std::map<PoseIndex, Matrix6>;

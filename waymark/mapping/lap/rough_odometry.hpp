@@ -8,8 +8,8 @@ namespace waymark::internal {
 struct RoughOdometry {
   std::vector<Odometry> odometry{};
   double distance = 1;  ///< factor applied to the odometry distances
-  double yaw =
-      1;  ///< factor applied to odometry turns; with a gyro: the factor that odometry turns would need
+  /// Factor applied to odometry turns; with a gyro: the factor that odometry turns would need.
+  double yaw = 1;
   bool turns_by_gyro = false;  ///< turns are those of the gyro, scaled and without its bias
   /// Times without gyro samples, in which the turns are those of odometry.
   std::vector<TimeSpan> without_gyro{};
