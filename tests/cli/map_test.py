@@ -121,14 +121,14 @@ class Map(WithLap):
         (self.folder / "old.yaml").write_text(swapped)
         outcome = self.run_here("map", "lap.mcap", "-o", "new", "--prior", "old.yaml")
         self.assertEqual(outcome.code, 0)
-        self.assertEqual([line for line in outcome.err.splitlines() if "prior" in line],
-                         ["waymark map: warning: tag36h11:5 and tag36h11:6 are swapped against the prior map"])
+        (warning,) = [line for line in outcome.err.splitlines() if "prior" in line]
+        self.assertIn("warning: tag36h11:5 and tag36h11:6", warning)
         self.assertEqual(self.run_here("map", "lap.mcap", "-o", "new", "--prior", "none.yaml").code, 1)
 
     def test_a_wrong_tag_size_is_named(self):
         outcome = self.run_here("map", "lap.mcap", "-o", "wrong", "--tag-size-m", "0.2")
         self.assertEqual(outcome.code, 0)
-        self.assertIn("% too large (is it 0.16", outcome.err)
+        self.assertRegex(outcome.err, r"% too large .*0\.16")
 
     def test_the_anchor_may_stand_anywhere(self):
         plain = json.loads((made(*MAP) / "map/summary.json").read_text())
@@ -196,8 +196,8 @@ class Map(WithLap):
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0"], 2, "--anchor-pose"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "1e15", "0", "0", "-90", "0", "0"], 2, "more than 10 km"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "0.3", "0", "0", "0"], 1, "An upright tag has roll -90"),
-                (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
-                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 2, "(--anchor): unknown tag family 'tag36h12'"),
+                (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99"),
+                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 2, "tag36h12"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "'-1' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
                 (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 1, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
