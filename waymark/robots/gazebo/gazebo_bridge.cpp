@@ -67,7 +67,7 @@ Result<std::vector<std::string>> GazeboBridge::lines_of(const GazeboSubscription
                 fmt::format("it is of the type {}, but {} is expected", message.type, from.type));
   if (const auto* info = std::get_if<GazeboCamera>(&value)) {
     if (std::string words = camera_difference(info->camera, robot_); !words.empty())
-      lines_.say_once(std::move(words));
+      lines_.report_once(std::move(words));
     return std::vector<std::string>();
   }
   if (const auto* poses = std::get_if<GazeboPoses>(&value)) return truth(from, *poses);

@@ -43,7 +43,7 @@ class GazeboRobot final : public WireLoop {
   }
 
  private:
-  Status hear() override {
+  Status poll_robot() override {
     if (const auto message = link_.next(kSlice)) receive(*message);
     return {};
   }
@@ -53,7 +53,7 @@ class GazeboRobot final : public WireLoop {
   Status prepare() override {
     const auto others = link_.publishers(profile_.command_topic);
     const std::string who = others.empty() ? "" : fmt::format("at {}", fmt::join(others, ", "));
-    const Status alone = senders_.alone(profile_.command_topic, who, "gazebo robot PROFILE");
+    const Status alone = senders_.check_alone(profile_.command_topic, who, "gazebo robot PROFILE");
     if (!alone && !listens()) return alone;
     link_.unsubscribe(profile_.command_topic);  // what comes there from now on is ours, too
     if (listens()) return {};
@@ -64,45 +64,45 @@ class GazeboRobot final : public WireLoop {
   }
   RobotHello hello() const override { return {.name = name_, .simulated_time = true}; }
   /// To join as a publisher takes longer than the robot may be silent.
-  void after_hello() override { watch_.forget(); }
+  void after_hello() override { watch_.reset(); }
   void send(const VelocityCommand& command) override {
     (void)link_.publish(publisher_, StampedCommand{.command = command});
   }
   bool must_hold(Duration now) const override { return watch_.silent(now); }
-  std::vector<std::string> silence_words(Duration now) override {
+  std::vector<std::string> silence_reports(Duration now) override {
     return {watch_.take_words(now, !listens())};
   }
 
   void receive(const GazeboMessage& message) {
-    if (message.subscription >= subscriptions_.size()) return senders_.hear_command();
+    if (message.subscription >= subscriptions_.size()) return senders_.on_other_command();
     const GazeboSubscription& from = subscriptions_[message.subscription];
     if (from.kind == GazeboKind::Clock) watch_.clock(message.arrived);
     const auto before = bridge_.simulated_time();
     const auto lines = bridge_.receive(from, message);
     const auto after = bridge_.simulated_time();
     if (after && after != before) watch_.odometry(message.arrived);
-    if (bridge_.speaks()) senders_.hear_robot(message.arrived);
+    if (bridge_.speaks()) senders_.on_robot_message(message.arrived);
     if (!greeted()) return;
-    talk().write(lines);
-    talk().write(bridge_.take_words());
+    output().write(lines);
+    output().write(bridge_.take_words());
   }
 
   /// Of a robot that was heard. Not in the turn of the hello: nobody can have found the publisher yet.
-  Status look() override {
+  Status check() override {
     if (!std::exchange(looks_, greeted())) return {};
     if (watch_.ended(steady_now()))
       return fail(ErrorCode::NotFound,
                   fmt::format("neither odometry on {} nor a clock came any more", profile_.odometry_topic),
                   {.source = "Gazebo"}, "Did the simulation end?");
     if (!listens() && waited() > kDiscovery && !link_.heard(publisher_))
-      talk().say_once(
+      output().report_once(
           fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
     return {};
   }
 
-  bool waits() const override { return !senders_.heard_robot(); }
+  bool waits() const override { return !senders_.has_robot(); }
 
-  Unheard unheard() override {
+  NoContact no_contact() override {
     const std::string found = fmt::format("{}; {}", link_.where(), topics_in_words(link_.topics()));
     return {
         .report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, found),

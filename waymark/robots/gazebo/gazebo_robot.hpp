@@ -16,7 +16,7 @@ struct GazeboRobotOptions {
 struct GazeboRobotWords {
   std::string profile{};
   std::string robot_file{};  ///< empty: as the profile says
-  RobotWireWords wire{};
+  RobotWireSettings wire{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -25,7 +25,7 @@ struct GazeboRobotWords {
         JobField("profile profile PROFILE", "Profile: limo, or the path of a .yaml file").input().required());
     visit(self.robot_file,
           JobField("robot_file NAME", "Body and camera of the robot; unless given: as the profile says"));
-    RobotWireWords::fields(self.wire, visit);
+    RobotWireSettings::fields(self.wire, visit);
   }
 };
 

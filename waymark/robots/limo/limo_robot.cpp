@@ -77,7 +77,7 @@ class LimoRobot final : public WireLoop {
     (void)write_some(port_.number(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, written);
   }
 
-  Status hear() override {
+  Status poll_robot() override {
     std::array<pollfd, 2> fds{{{port_.number(), POLLIN, 0}, {beside_.number(), POLLIN, 0}}};
     (void)poll(fds.data(), fds.size(), kSlice_ms);
     std::string bytes;
@@ -96,7 +96,7 @@ class LimoRobot final : public WireLoop {
     const char* words = "the serial port is gone: LIMO is not heard and cannot be stopped by it";
     const char* advice = "Check the cable, and that LIMO is on.";
     if (greeted()) {
-      talk().say(fmt::format("{}: {}. {}", options_.port, words, advice));
+      output().report(fmt::format("{}: {}. {}", options_.port, words, advice));
       return fail(ErrorCode::Unreadable, "the serial port is gone", {.source = options_.port});
     }
     return fail(ErrorCode::Unreadable, words, {.source = options_.port}, advice);
@@ -117,7 +117,7 @@ class LimoRobot final : public WireLoop {
       drive = gate_.drive();
     }
     for (const Sample& sample : bridge_.receive(frame, drive, arrived, lost))
-      if (const std::string line = to_line(sample); greeted() && !line.empty()) talk().write({line});
+      if (const std::string line = to_line(sample); greeted() && !line.empty()) output().write({line});
   }
 
   void pass_beside() {
@@ -127,7 +127,7 @@ class LimoRobot final : public WireLoop {
     // What was written before is of another drive; half a line is left where another reader ended.
     while (const auto line = lines_.next())
       if (greeted() && line->text.starts_with('{') && line->text.ends_with('}'))
-        talk().write({line->text + "\n"});
+        output().write({line->text + "\n"});
   }
 
   /// LIMO obeys, or is heard where nobody has asked it for anything. An input that ended before LIMO obeys
@@ -154,11 +154,11 @@ class LimoRobot final : public WireLoop {
   void after_hello() override {
     const std::scoped_lock lock(mutex_);
     const double battery_V = gate_.state()->battery_V;
-    talk().say(fmt::format("LIMO {}, battery {:.1f} V{}", gate_.ready() ? "obeys" : "is heard", battery_V,
-                           battery_V < kLowBatteryVolts ? ": low" : ""));
+    output().report(fmt::format("LIMO {}, battery {:.1f} V{}", gate_.ready() ? "obeys" : "is heard",
+                                battery_V, battery_V < kLowBatteryVolts ? ": low" : ""));
   }
 
-  Unheard unheard() override {
+  NoContact no_contact() override {
     const std::scoped_lock lock(mutex_);
     return {
         .report = options_.port + ": waiting for LIMO: " + heard(),
@@ -181,11 +181,11 @@ class LimoRobot final : public WireLoop {
       words = gate_.take_words();
     }
     if (listens()) return;  // they are about commands
-    for (const std::string& word : words) talk().say(word);
+    for (const std::string& word : words) output().report(word);
   }
 
   /// Of LIMO, or of its IMU alone.
-  std::vector<std::string> silence_words(Duration now) override {
+  std::vector<std::string> silence_reports(Duration now) override {
     if (!greeted()) return {};
     const Duration silent = now - frame_at_;
     std::vector<std::string> words = silence_.take_words(silent);

@@ -51,7 +51,7 @@ std::vector<std::string> MbotBridge::take_words() {
   return lines;
 }
 
-void MbotBridge::say_once(const std::string& words) {
+void MbotBridge::report_once(const std::string& words) {
   if (said_.insert(words).second) words_.push_back(words);
 }
 

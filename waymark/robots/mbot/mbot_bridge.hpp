@@ -58,7 +58,7 @@ class MbotBridge {
   void compare_clock(const LcmMessage& message);
   void note_problems();
   void drop(const std::string& channel, const std::string& why);
-  void say_once(const std::string& words);
+  void report_once(const std::string& words);
 
   MbotBridgeOptions options_;
   mbot::Survey survey_{};
@@ -79,7 +79,7 @@ class MbotBridge {
   RobotMessageReader check_{"LCM"};  ///< nothing leaves that the other end would refuse
   std::int64_t checked_ = 0;
   std::vector<std::string> lines_{};
-  DropWords drops_{};
+  DropReports drops_{};
   std::uint64_t dropped_ = 0;
   std::set<std::string> said_{};
   std::vector<std::string> words_{};

@@ -59,7 +59,7 @@ class OwnCommands {
 std::vector<SilenceReports::Report> silence_reports(const std::string& address) {
   return {{.after = kSilence,
            .words = "no odometry for 0.2 s: zero is sent until there is some again",
-           .words_listening = "no odometry for 0.2 s"},
+           .text_listening = "no odometry for 0.2 s"},
           {.after = kGone,
            .words = fmt::format(
                "no odometry at {} for 2 s: is the robot on, do its programs run, is the network (cable, "
@@ -85,7 +85,7 @@ class MbotRobot final : public WireLoop {
   }
 
  private:
-  Status hear() override {
+  Status poll_robot() override {
     auto message = link_->next(kSlice);
     if (!message) return tl::unexpected(message.error());
     if (*message) receive(std::move(**message));
@@ -93,25 +93,25 @@ class MbotRobot final : public WireLoop {
   }
   Result<bool> ready() override { return senders_.done(steady_now()); }
   Status prepare() override {
-    return listens() ? Status{} : senders_.alone(kCommandChannel, driver_, "mbot robot");
+    return listens() ? Status{} : senders_.check_alone(kCommandChannel, driver_, "mbot robot");
   }
   RobotHello hello() const override { return {.name = options_.bridge.robot, .simulated = simulated_}; }
   void after_hello() override {
-    if (driven_) talk().say(kOtherDriver);
+    if (driven_) output().report(kOtherDriver);
     write_newest();
   }
   /// One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
   void send(const VelocityCommand& command) override {
     (void)link_->publish(kCommandChannel, own_.make(silence() > kSilence ? VelocityCommand{} : command));
   }
-  std::vector<std::string> silence_words(Duration /*now*/) override {
+  std::vector<std::string> silence_reports(Duration /*now*/) override {
     return greeted() ? silence_.take_words(silence(), listens()) : std::vector<std::string>();
   }
-  Status look() override {
+  Status check() override {
     if (greeted() && role() == InputRole::Drives) presence_.publish(*link_, kDriverChannel);
     return {};
   }
-  Unheard unheard() override {
+  NoContact no_contact() override {
     const std::string found =
         heard_.empty() ? std::string("nothing was heard") : fmt::format("heard: {}", fmt::join(heard_, ", "));
     return {.report = "no odometry on MBOT_ODOMETRY yet; " + found,
@@ -131,13 +131,13 @@ class MbotRobot final : public WireLoop {
       return notice_presence(message);
     if (message.channel == kCommandChannel) return notice_driver(message);
     newest_lines_ = bridge_.receive(std::move(message));
-    if (bridge_.speaks()) senders_.hear_robot(steady_now());
+    if (bridge_.speaks()) senders_.on_robot_message(steady_now());
     if (greeted()) write_newest();
   }
 
   void write_newest() {
-    talk().write(std::exchange(newest_lines_, {}));
-    talk().write(bridge_.take_words());
+    output().write(std::exchange(newest_lines_, {}));
+    output().write(bridge_.take_words());
   }
 
   void notice_presence(const LcmMessage& message) {
@@ -148,10 +148,10 @@ class MbotRobot final : public WireLoop {
   }
 
   void notice_driver(const LcmMessage& message) {
-    if (!greeted() && mbot::decode<mbot::Twist2D>(message.payload)) senders_.hear_command();
+    if (!greeted() && mbot::decode<mbot::Twist2D>(message.payload)) senders_.on_other_command();
     const auto utime = mbot::utime_of(message.payload);
     if (listens() || !utime || own_.has(*utime) || std::exchange(driven_, true)) return;
-    if (greeted()) talk().say(kOtherDriver);  // else after the hello
+    if (greeted()) output().report(kOtherDriver);  // else after the hello
   }
 
   MbotRobotOptions options_;

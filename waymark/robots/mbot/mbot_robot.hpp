@@ -20,7 +20,7 @@ struct MbotRobotWords {
   std::string address = kLcmDefaultAddress;
   std::string robot_file = "mbot";
   double tag_latency_s = to_seconds(MbotBridgeOptions{}.tag_latency);
-  RobotWireWords wire{};
+  RobotWireSettings wire{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -31,7 +31,7 @@ struct MbotRobotWords {
     visit(self.tag_latency_s,
           JobField("tag_latency_s FLOAT", "Time from the exposure of a picture to the stamp of its tags [s]",
                    0.0, 1.0));
-    RobotWireWords::fields(self.wire, visit);
+    RobotWireSettings::fields(self.wire, visit);
   }
 };
 

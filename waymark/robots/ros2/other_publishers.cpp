@@ -109,7 +109,7 @@ bool OtherDrivers::hear(const Guid& from, bool drives, const Bus& bus) {
 
 Result<std::string> OtherDrivers::found(const PublisherNames& names, const Bus& bus, Duration driving) const {
   constexpr Duration kBeginsToo = std::chrono::seconds(3);
-  if (while_driving_ < kCommandsOfADriver) return std::string();
+  if (while_driving_ < kMinCommandsOfDriver) return std::string();
   const std::string who = names.of(commanders_, bus);
   const std::string words =
       fmt::format("another program commands this robot{}", who.empty() ? "" : ", " + who);

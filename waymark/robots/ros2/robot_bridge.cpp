@@ -114,7 +114,7 @@ void RobotBridge::turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes) 
   if (known == base_R_imu_.end()) {
     const auto chain = frames_.chain(base_frame_, frame);
     if (!chain) {
-      lines_.say_once(
+      lines_.report_once(
           fmt::format("the IMU's axes are taken as those of the base: {}", chain.error().message));
       return;
     }
@@ -165,14 +165,14 @@ void RobotBridge::compare_mounting() {
   if (base_frame_.empty() || camera_frame_.empty() || !frames_.has(camera_frame_)) return;
   const auto base_T_cam = frames_.chain(base_frame_, camera_frame_);
   if (!base_T_cam) {
-    lines_.say_once(
+    lines_.report_once(
         fmt::format("tf does not say where the camera is mounted: {}", base_T_cam.error().message));
     return;
   }
   const SE3 off = robot_.model.base_T_cam.inverse() * *base_T_cam;
   const double turned = off.rotation().log().norm();
   if (off.translation().norm() > kFar_m || turned > kTurned_rad)
-    lines_.say_once(fmt::format(
+    lines_.report_once(fmt::format(
         "tf mounts the camera {:.0f} mm and {:.1f} degrees away from the robot's file {}, which counts",
         1e3 * off.translation().norm(), to_degrees(turned), robot_.model.name));
 }
@@ -186,7 +186,7 @@ Status RobotBridge::compare_camera(std::span<const std::uint8_t> bytes) {
   if (camera_frame_.empty()) camera_frame_ = frame_name(message->header.frame_id);
   compare_mounting();
   if (std::string words = camera_difference(*camera, robot_); !words.empty())
-    lines_.say_once(std::move(words));
+    lines_.report_once(std::move(words));
   return {};
 }
 

@@ -41,7 +41,7 @@ class Ros2Robot final : public WireLoop {
  public:
   Ros2Robot(const Ros2Profile& profile, const RobotDescription& robot, BusOptions bus_options,
             const RobotWire& wire, const Ros2RobotOptions& options)
-      : WireLoop(wire, {.look_every = kLookAgain, .report_again = true}),
+      : WireLoop(wire, {.check_period = kLookAgain, .report_again = true}),
         profile_(profile),
         name_(robot.model.name),
         bus_options_(std::move(bus_options)),
@@ -73,7 +73,7 @@ class Ros2Robot final : public WireLoop {
     return profile_.use_sim_time ? SensorTime(Duration(simulated_ns_.load())) : wall_clock();
   }
 
-  Status hear() override {
+  Status poll_robot() override {
     if (const auto message = bus_->next(kSlice)) receive(*message);
     return stay_alone();
   }
@@ -85,14 +85,14 @@ class Ros2Robot final : public WireLoop {
     (void)bus_->publish(*publisher_, bridge_.command(command, stamp_now()));
   }
   bool must_hold(Duration now) const override { return profile_.use_sim_time && watch_.silent(now); }
-  std::vector<std::string> silence_words(Duration now) override {
+  std::vector<std::string> silence_reports(Duration now) override {
     return {watch_.take_words(now, !listens())};
   }
 
   void receive(const BusMessage& message) {
     if (names_.take(message)) return;
     if (message.subscription == commands_) {
-      if (drivers_.hear(message.identity.guid, publisher_.has_value(), *bus_)) senders_.hear_command();
+      if (drivers_.hear(message.identity.guid, publisher_.has_value(), *bus_)) senders_.on_other_command();
       return;
     }
     const auto from = subscriptions_.find(message.subscription);
@@ -101,10 +101,10 @@ class Ros2Robot final : public WireLoop {
     const auto lines = bridge_.receive(from->second, message.bytes, message.arrived);
     if (const auto time = bridge_.simulated_time())
       watch_simulation(from->second, message.arrived, *time, !lines.empty());
-    if (bridge_.speaks()) senders_.hear_robot(message.arrived);
+    if (bridge_.speaks()) senders_.on_robot_message(message.arrived);
     if (!greeted()) return;
-    talk().write(lines);
-    talk().write(bridge_.take_words());
+    output().write(lines);
+    output().write(bridge_.take_words());
   }
 
   /// Others that begin to command it while it is driven.
@@ -112,7 +112,7 @@ class Ros2Robot final : public WireLoop {
     if (!publisher_ || options_.share_commands) return {};
     const auto words = drivers_.found(names_, *bus_, steady_now() - advertised_);
     if (!words) return tl::unexpected(words.error());
-    if (!words->empty()) talk().say_once(*words);
+    if (!words->empty()) output().report_once(*words);
     return {};
   }
 
@@ -127,7 +127,7 @@ class Ros2Robot final : public WireLoop {
     constexpr Duration kMoment = std::chrono::milliseconds(500);
     heard_from_[message.identity.guid] = message.arrived;
     std::erase_if(heard_from_, [&](const auto& one) { return message.arrived - one.second > kMoment; });
-    if (heard_from_.size() > 1 && greeted()) talk().say_once(two_robots());
+    if (heard_from_.size() > 1 && greeted()) output().report_once(two_robots());
   }
   [[nodiscard]] std::string two_robots() const {
     return fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
@@ -148,14 +148,14 @@ class Ros2Robot final : public WireLoop {
     const auto number = bus_->subscribe(dds_topic(topic, type), qos);
     if (!number) return tl::unexpected(number.error());
     subscriptions_.emplace(*number, Ros2Subscription{topic, std::string(type), qos});
-    talk().say_once(
+    output().report_once(
         fmt::format("nobody publishes {}: pictures are taken from {}", profile_.image_topic, topic));
     return {};
   }
 
   Status look_for_others() {
     const std::string who = drivers_.names(names_, *bus_);
-    if (Status alone = senders_.alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
+    if (Status alone = senders_.check_alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
       return alone;
     if (heard_from_.size() > 1 && !options_.share_commands)
       return fail(ErrorCode::InvalidArgument, two_robots(), {.source = "ROS 2"},
@@ -184,11 +184,11 @@ class Ros2Robot final : public WireLoop {
     say_clock();
     if (profile_.image_topic.empty() && profile_.compressed_image_topic.empty() &&
         profile_.detections_topic.empty())
-      talk().say_once(
+      output().report_once(
           "the profile names no topic of pictures or tags (image_topic, compressed_image_topic, "
           "detections_topic): the robot is placed only by a camera of this computer (`camera_source`)");
     if (!profile_.stops_by_itself && !listens())
-      talk().say_once(
+      output().report_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
           "ros2 "
           "relay` on it");
@@ -201,36 +201,36 @@ class Ros2Robot final : public WireLoop {
     const Duration robot = steady_now() - *bridge_.offset();
     const double behind_s = to_seconds(wall_clock().time_since_epoch() - robot);
     const bool other = std::abs(behind_s) > kYear_s;
-    talk().say_once(fmt::format(
+    output().report_once(fmt::format(
         "the robot's clock is {:.3f} s {} this computer's, by the stamps of {}{}", std::abs(behind_s),
         behind_s >= 0 ? "behind" : "ahead of", profile_.odometry_topic,
         other ? ": if it is the time of a simulation, the profile needs use_sim_time: true" : ""));
   }
 
   /// Who is there, once a second.
-  Status look() override {
+  Status check() override {
     others_ = bus_->endpoints();
-    for (const std::string& words : mismatches(uses_, others_)) talk().say_once(words);
+    for (const std::string& words : mismatches(uses_, others_)) output().report_once(words);
     if (Status status = take_compressed(); !status) return status;
-    if (senders_.heard_robot()) say_what_is_missing();
+    if (senders_.has_robot()) say_what_is_missing();
     return {};
   }
 
   void say_what_is_missing() {
     if (waited() > kListen && greeted())
-      for (const std::string& words : missing_publishers(profile_, others_)) talk().say_once(words);
+      for (const std::string& words : missing_publishers(profile_, others_)) output().report_once(words);
     const BusTopic commands = command_use(profile_).name;
     const bool hears = std::ranges::any_of(others_, [&](const BusEndpoint& other) {
       return !other.publishes && other.name.topic == commands.topic && other.name.type == commands.type;
     });
     if (publisher_ && steady_now() - advertised_ > kListen && !hears)
-      talk().say_once(
+      output().report_once(
           fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
   }
 
-  bool waits() const override { return !senders_.heard_robot(); }
+  bool waits() const override { return !senders_.has_robot(); }
 
-  Unheard unheard() override {
+  NoContact no_contact() override {
     const std::string where = why_nothing_came() + searched(bus_options_, *bus_);
     return {
         .report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where),

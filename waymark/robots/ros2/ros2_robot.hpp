@@ -16,7 +16,7 @@ struct Ros2RobotOptions {
 struct Ros2RobotWords {
   std::string profile{};
   std::string robot_file{};  ///< empty: as the profile says
-  RobotWireWords wire{};
+  RobotWireSettings wire{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -26,7 +26,7 @@ struct Ros2RobotWords {
                             .required());
     visit(self.robot_file,
           JobField("robot_file NAME", "Body and camera of the robot; unless given: as the profile says"));
-    RobotWireWords::fields(self.wire, visit);
+    RobotWireSettings::fields(self.wire, visit);
   }
 };
 

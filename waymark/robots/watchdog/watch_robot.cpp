@@ -131,7 +131,7 @@ class Watchdog {
       wait();
       const Duration now = steady_now();
       hear_driver(now);
-      hear_robot();
+      on_robot_message();
       tell_driver();
       tell_robot(now);
     }
@@ -169,7 +169,7 @@ class Watchdog {
     if (moved == Moved::Ended) driver_gone(now);
   }
 
-  void hear_robot() {
+  void on_robot_message() {
     if (!robot_.from.open()) return;
     std::string bytes;
     const Moved moved = read_some(robot_.from.number(), bytes);
@@ -230,7 +230,7 @@ class Watchdog {
   /// Waits for the robot's process, and reads what it still says, until `deadline`.
   bool ended_by(Duration deadline) {
     while (!status_ && steady_now() < deadline) {
-      hear_robot();
+      on_robot_message();
       tell_driver();
       (void)poll(nullptr, 0, 5);
       status_ = wait_status(robot_.pid);
@@ -253,7 +253,7 @@ class Watchdog {
     (void)kill(-robot_.pid, SIGTERM);  // whatever it left behind
     const Duration deadline = steady_now() + options_.patience;
     do {  // its last words
-      hear_robot();
+      on_robot_message();
       tell_driver();
     } while (!driver_gone_at_ && (robot_.from.open() || !queue_.empty()) && steady_now() < deadline &&
              poll(nullptr, 0, 1) == 0);
