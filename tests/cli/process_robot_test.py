@@ -171,14 +171,14 @@ class Misbehaviour(InFolder):
     def teach(self, command, *more):
         return self.run_here("teach", "--robot", "process:" + command, "--world", "circuit24", "-o", "lap.mcap", *more)
 
-    def test_is_said_in_words(self):
+    def test_ends_with_an_error(self):
         odometry = """echo '{"type":"odometry","stamp_s":1,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}'; """
         for command, words in (("echo motors on", ":1: not a JSON object: 'motors on'"),
                                ("exit 7", "ended with exit code 7"),
                                ("no-such-robot-program", "no such program"),
                                (HELLO + odometry + "sleep 0.1; kill -9 $$", "signal 9"),
                                (HELLO + odometry + "exec >&-; sleep 30", "closed its standard output"),
-                               (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: is no JSON"),
+                               (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: not a JSON"),
                                (HELLO + """echo '{"type":"imu","stamp_s":2}'""", "imu.angular_velocity_rad_s"),
                                (HELLO + odometry + odometry.replace('_s":1,', '_s":0.5,'), "went back by 0.500 s")):
             outcome = self.teach(command)
