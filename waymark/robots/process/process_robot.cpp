@@ -51,9 +51,9 @@ Error ProcessRobot::with_last_log(Error error) const {
   return error;
 }
 
-Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
+Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration timeout) {
   if (waiting_.empty()) {
-    auto lines = wire_->read(most);
+    auto lines = wire_->read(timeout);
     if (!lines) return tl::unexpected(with_last_log(lines.error()));
     const Duration now = steady_now();
     for (Line& line : *lines) waiting_.push_back({std::move(line), now});
@@ -73,7 +73,7 @@ Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   return message;
 }
 
-Result<std::optional<RobotEvent>> ProcessRobot::next(Duration most) {
+Result<std::optional<RobotEvent>> ProcessRobot::next(Duration timeout) {
   const auto queued = [this]() -> std::optional<RobotEvent> {
     if (texts_.empty()) return std::nullopt;
     RobotText text{std::move(texts_.front())};
@@ -81,7 +81,7 @@ Result<std::optional<RobotEvent>> ProcessRobot::next(Duration most) {
     return text;
   };
   if (auto text = queued()) return text;
-  auto message = next_message(most);
+  auto message = next_message(timeout);
   if (!message) return tl::unexpected(message.error());
   for (std::string& warning : reader_.take_warnings()) texts_.push_back(std::move(warning));
   if (!*message) return queued();

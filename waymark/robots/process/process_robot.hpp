@@ -33,7 +33,7 @@ class ProcessRobot final : public Source, public Robot {
   [[nodiscard]] const RobotHello& hello() const { return hello_; }
   /// Warnings about skipped lines and keys are returned as text. Fails on an invalid line, and with the
   /// reason when the process ends.
-  Result<std::optional<RobotEvent>> next(Duration most) override;
+  Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override { return !waiting_.empty() || !texts_.empty(); }
   /// Does not block. Answers the newest step of a robot in lockstep.
   Status command(const VelocityCommand& command) override;
@@ -41,8 +41,8 @@ class ProcessRobot final : public Source, public Robot {
   [[nodiscard]] std::optional<SensorTime> now() const override;
   /// WatchedProcess::drive_from_child(): starts a process for a test to kill. next() continues until the
   /// watchdog has ended the robot process.
-  [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double most_s) {
-    return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, most_s);
+  [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double duration_s) {
+    return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, duration_s);
   }
   /// Stops the robot and ends its process. No other function may be called afterwards.
   void close() { (void)wire_->close(); }
@@ -51,7 +51,7 @@ class ProcessRobot final : public Source, public Robot {
   ProcessRobot(std::unique_ptr<WatchedProcess> wire, const RobotCommand& command,
                std::vector<std::string> cameras)
       : wire_(std::move(wire)), reader_("process:" + command.text(), std::move(cameras)) {}
-  [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration most);
+  [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration timeout);
   [[nodiscard]] Error with_last_log(Error error) const;
 
   std::unique_ptr<WatchedProcess> wire_;
