@@ -30,7 +30,7 @@ struct CameraDevice {
   std::string bus{};
   std::vector<CameraMode> modes{};
   std::vector<CameraControl> controls{};
-  std::string holder{};            ///< the program that uses it, if known
+  std::string holder{};            ///< the program that uses it; empty if unknown
   std::optional<Error> problem{};  ///< why it cannot be used; the other fields may be empty then
 };
 

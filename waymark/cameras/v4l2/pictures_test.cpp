@@ -1,6 +1,9 @@
 // Stamps, conversion and faults of images, without a device.
 #include "waymark/cameras/v4l2/pictures.hpp"
 
+#include <set>
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

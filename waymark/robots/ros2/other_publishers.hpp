@@ -23,7 +23,7 @@ class PublisherNames {
   /// to Humble) or of 16. Other bytes are ignored.
   void add(std::span<const std::uint8_t> cdr);
 
-  /// A list without duplicates: "/teleop, waymark_robot (process 4711 on limo-7)"; empty if no name is known.
+  /// A list without duplicates: "/teleop, waymark_robot (process 4711 on limo-7)"; empty if there is no name.
   [[nodiscard]] std::string of(const std::set<Guid>& publishers, const Bus& bus) const;
 
  private:
