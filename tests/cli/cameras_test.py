@@ -77,7 +77,7 @@ class TwoCameras(InFolder):
 
     def test_a_camera_that_the_robots_file_does_not_have_is_left_out(self):
         taught = self.run_here("teach", "--robot", SIM, "--world", WORLD, "--robot-file", "limo", "-o", "lap.mcap", "--json")
-        self.assertIn("there is no camera 'front'; the robot has cam", taught.err)
+        self.assertIn("unknown camera 'front'; the robot has cam", taught.err)
         self.assertNotIn("/front/tag_detections", self.topics_of("lap.mcap"))
 
 

@@ -115,14 +115,14 @@ class LiveCamera(InFolder):
     def test_damage_is_counted_and_a_plug_that_is_pulled_is_waited_for(self):
         damaged = self.see("detect", VIDEO, "--json", "--duration-s", "0.5", faults="short:4")
         self.assertEqual(damaged.code, 0, damaged.err)
-        self.assertIn("damaged picture", damaged.err)
+        self.assertIn("damaged image", damaged.err)
         process = self.start("detect", VIDEO, "--json")
         found, words = event.Lines(process.stdout), event.Lines(process.stderr)
         found.wait_for("tag36h11")
         self.camera.unplug()
-        words.wait_for("not plugged in any more")
+        words.wait_for("unplugged")
         self.camera.plug_in()
-        words.wait_for("there again")
+        words.wait_for("connected again")
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(20), 130, words.rest())
 

@@ -134,7 +134,7 @@ class Loop(InFolder):
             out, err = rest_of(process)
             self.assertEqual(process.returncode, 130, out + err)
             self.assertLess(time.monotonic() - began, 10)
-            self.assertIn("stopped before the robot said hello", err)
+            self.assertIn("stopped before the robot's hello", err)
 
     def test_a_short_way_on_pictures_over_the_wire(self):
         """Pictures as base64 JPEG, five a second, and a way of two metres: the detector in the loop of a process."""
@@ -171,14 +171,14 @@ class Misbehaviour(InFolder):
     def teach(self, command, *more):
         return self.run_here("teach", "--robot", "process:" + command, "--world", "circuit24", "-o", "lap.mcap", *more)
 
-    def test_is_said_in_words(self):
+    def test_ends_with_an_error(self):
         odometry = """echo '{"type":"odometry","stamp_s":1,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}'; """
-        for command, words in (("echo motors on", ":1: is no JSON object: 'motors on'"),
+        for command, words in (("echo motors on", ":1: not a JSON object: 'motors on'"),
                                ("exit 7", "ended with exit code 7"),
                                ("no-such-robot-program", "no such program"),
                                (HELLO + odometry + "sleep 0.1; kill -9 $$", "signal 9"),
                                (HELLO + odometry + "exec >&-; sleep 30", "closed its standard output"),
-                               (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: is no JSON"),
+                               (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: not a JSON"),
                                (HELLO + """echo '{"type":"imu","stamp_s":2}'""", "imu.angular_velocity_rad_s"),
                                (HELLO + odometry + odometry.replace('_s":1,', '_s":0.5,'), "went back by 0.500 s")):
             outcome = self.teach(command)

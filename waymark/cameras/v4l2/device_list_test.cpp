@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/fake_camera.hpp"
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -16,7 +17,7 @@ constexpr int kWidth = 64;
 
 constexpr int kHeight = 48;
 
-/// Grey pictures, each of one level: `first`, `first` + 1, … Their number can be read from any pixel.
+/// Uniform grey images with the levels `first`, `first` + 1, …, so that any pixel identifies the image.
 std::vector<std::uint8_t> levels(int count, int first = 50) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < count; ++i)
@@ -38,7 +39,7 @@ TEST(V4l2Camera, ListsDevicesWithTheirModes) {
   EXPECT_FALSE(cameras[0].modes[1].readable);
 }
 
-TEST(V4l2Modes, ADeviceOfAnySizeGivesTheOneThatIsAskedForElseThatOfNow) {
+TEST(V4l2Modes, ADeviceOfAnySizeHasTheRequestedOrTheCurrentSize) {
   const std::vector<CameraMode> modes = {
       {.format = "BGR3", .readable = false, .width = 4096, .height = 2160, .largest = true},
       {.format = "YUYV",
@@ -63,12 +64,12 @@ TEST(V4l2Modes, ADeviceOfAnySizeGivesTheOneThatIsAskedForElseThatOfNow) {
   EXPECT_EQ(*asked, (internal::WantedMode{PixelFormat::Yuyv, 640, 480, 30}));
   const auto too_large = internal::choose_mode(modes, {.width = 8192, .height = 4320}, now);
   ASSERT_FALSE(too_large);
-  EXPECT_THAT(to_string(too_large.error()),
-              HasSubstr("It delivers YUYV up to 4096x2160, GREY up to 4096x2160."));
+  EXPECT_THAT(to_string(too_large.error()), HasSubstr("YUYV up to 4096x2160, GREY up to 4096x2160"));
+  testing::expect_on_page("cameras", too_large.error());
 }
 
-// A webcam whose uncompressed size of now is none of those of the format that is asked for.
-TEST(V4l2Modes, WithoutASizeTheNearestOfTheFormatIsTaken) {
+// A webcam whose current uncompressed size does not exist in the requested format.
+TEST(V4l2Modes, WithoutASizeChoosesTheNearestOfTheFormat) {
   const std::vector<CameraMode> modes = {{.format = "YUYV", .width = 640, .height = 480, .rates_hz = {30}},
                                          {.format = "MJPG", .width = 1920, .height = 1080, .rates_hz = {30}},
                                          {.format = "MJPG", .width = 800, .height = 600, .rates_hz = {15}},
@@ -93,13 +94,13 @@ TEST(V4l2Modes, WithoutASizeTheNearestOfTheFormatIsTaken) {
   EXPECT_FALSE(internal::choose_mode(modes, {.width = 640, .height = 480, .format = PixelFormat::Mjpg}, now));
 }
 
-TEST(V4l2Modes, ALongListIsCutAndWhatIsNotReadIsLeftOut) {
+TEST(V4l2Modes, TheHintCutsALongListAndOmitsUnsupportedFormats) {
   std::vector<CameraMode> modes(300, {.format = "YUYV", .width = 640, .height = 480});
   modes.push_back({.format = "HSV4", .readable = false, .width = 1, .height = 1});
   const auto none = internal::choose_mode(modes, {.width = 320, .height = 240}, {});
   ASSERT_FALSE(none);
   EXPECT_LT(none.error().hint.size(), 400U);
-  EXPECT_THAT(none.error().hint, HasSubstr("and more (`waymark cameras` lists them)"));
+  EXPECT_THAT(none.error().hint, HasSubstr("`waymark cameras`"));
   EXPECT_THAT(none.error().hint, ::testing::Not(HasSubstr("HSV4")));
 }
 

@@ -2,24 +2,24 @@
 
 namespace waymark {
 
-void RobotTalk::greet(const RobotHello& hello) {
+void RobotOutput::greet(const RobotHello& hello) {
   write({to_line(hello)});
   greeted_ = true;
 }
 
-void RobotTalk::write(const std::vector<std::string>& lines) {
+void RobotOutput::write(const std::vector<std::string>& lines) {
   for (const std::string& line : lines) open_ = open_ && wire_.write(line);
 }
 
-void RobotTalk::say(const std::string& words) {
+void RobotOutput::report(const std::string& text) {
   if (greeted_)
-    write({to_line(RobotLog{words})});
+    write({to_line(RobotLog{text})});
   else
-    wire_.say(words);
+    wire_.say(text);
 }
 
-void RobotTalk::say_once(const std::string& words) {
-  if (said_.insert(words).second) say(words);
+void RobotOutput::report_once(const std::string& text) {
+  if (reported_.insert(text).second) report(text);
 }
 
 }  // namespace waymark
