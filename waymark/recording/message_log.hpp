@@ -182,9 +182,9 @@ class MessageLog {
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
                                                            const LogOptions& options = {});
 
-/// Whether a file begins like a recording (MCAP, rosbag2, ROS 1 bag, LCM; not tables) or like a packed file.
-/// Reads the first bytes of a regular file; pipes are not read.
-[[nodiscard]] bool looks_like_recording(const std::string& path);
+/// The recording format of a file that begins with `head` and has `size` bytes. Nothing for tables, which
+/// cannot be recognised with certainty, for packed files and for any other file. A head of 64 KiB is enough.
+[[nodiscard]] std::optional<LogFormat> format_of_head(ByteSpan head, std::uint64_t size);
 
 /// Problems by key, in order of first occurrence; repetitions are counted.
 class LogProblems {

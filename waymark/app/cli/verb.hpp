@@ -58,7 +58,7 @@ template <IsReport Report>
 [[nodiscard]] ReportFields report_of() {
   return fields(Report{});
 }
-/// The same where --json prints one of several reports: each key once, as the first that has it says.
+/// The same where --json prints one of several reports: each key once, with the sentence of the first.
 template <IsReport... Reports>
 [[nodiscard]] ReportFields report_of_any() {
   ReportFields all;

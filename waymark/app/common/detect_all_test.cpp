@@ -80,7 +80,7 @@ TEST(DetectionsJson, KeysAreTheContract) {
   EXPECT_TRUE(line_of(report, true)["detections"][0].contains("corner_covariance_px2"));
 }
 
-TEST(DetectionsJson, ALiveCameraSaysHowOldAPictureIs) {
+TEST(DetectionsJson, ALineOfALiveCameraHasTheAgeOfItsPicture) {
   const auto value = to_json(fields(PictureLine{.report = some_report(1, false), .age_ms = 12.5}));
   EXPECT_EQ(value["age_ms"], 12.5);
   EXPECT_FALSE(value["detections"][0].contains("pose"));

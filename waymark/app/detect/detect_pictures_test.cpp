@@ -257,7 +257,7 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
   const auto read = read_camera(job.fit.camera_info, "");
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_EQ(read->camera.width_px(), 640);
-  EXPECT_EQ(to_json(*report)["pictures"].size(), 10U);
+  EXPECT_EQ(to_json(fields(*report))["pictures"].size(), 10U);
 }
 
 TagDetection square(int number, double left_px, double side_px) {

@@ -170,15 +170,16 @@ ReportFields fields(const Printed<plot::BoardLayout>& board) {
   const plot::BoardOptions& options = layout.options;
   ReportFields all = {
       {"pages", "Number of pages", 1},
-      {"tags", "Number of tags", layout.tags.size()},
-      {"tags_per_page", "Number of tags on a full page", layout.tags.size()},
+      {"tags", "aprilgrid, separate: number of tags", layout.tags.size()},
+      {"tags_per_page", "aprilgrid, separate: number of tags on a full page", layout.tags.size()},
       {"style", kStyle, to_string(options.style)},
-      {"family", "Family of the tags", to_string(options.family)},
+      {"family", "aprilgrid, separate: family of the tags", to_string(options.family)},
       {"cols", kColumns, options.columns},
       {"rows", kRows, options.rows},
       {"first_id", kFirstId, options.first_id},
-      {"tag_size_m", "Side of the square where the black border meets the white one", options.tag_size_m},
-      {"spacing", "Gap between two tags, as a share of their size", options.spacing}};
+      {"tag_size_m", "aprilgrid, separate: side of the square where the black border meets the white one",
+       options.tag_size_m},
+      {"spacing", "aprilgrid, separate: gap between two tags, as a share of their size", options.spacing}};
   add_print(all, layout.paper, layout.footer, board.files);
   return all;
 }

@@ -484,10 +484,6 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
   LogProblems problems;
   BagMetadata metadata;
   const auto [files, listed] = files_of(folder, metadata, problems);
-  std::error_code ignored;
-  if (files.empty() && fs::exists(folder / "map.yaml", ignored))
-    return fail(ErrorCode::Unsupported, "this is a map folder, not a recording", {.source = folder.string()},
-                "Pass the recording that the map was made from; pass a map with `map`.");
   if (files.empty())
     return fail(ErrorCode::NotFound,
                 "no bag in the folder: no metadata.yaml with existing files and no .db3 or .mcap file",
