@@ -219,7 +219,7 @@ class ForeignBags(unittest.TestCase):
             description["frames"]["base_link"] = "base_link"
             description["chain"][0]["parent"] = "somewhere"
         words = self.fails("limo", without_middle)
-        for expected in ("no chain of transforms leads from 'base_link'", "somewhere", "camera_color_optical_frame", "--base-frame", "--robot"):
+        for expected in ("no chain of transforms connects 'base_link'", "somewhere", "camera_color_optical_frame", "--base-frame", "--robot"):
             self.assertIn(expected, words)
 
         def other_camera_frame(description):
@@ -238,13 +238,13 @@ class ForeignBags(unittest.TestCase):
         def second_parent(description):
             description["others"].append(step("base_link", "camera_color_frame", (0, 0, 1)))
         words = self.fails("limo", second_parent)
-        self.assertIn("has another parent too: base_link", words)
+        self.assertIn("also has parent base_link", words)
 
     def test_the_frame_of_a_body_is_no_camera(self):
         def body_frame(description):
             description["frames"]["camera_optical"] = "camera_color_frame"
             description["infos"][0]["frame"] = "camera_color_frame"
-        self.assertIn("has the axes of a body", self.fails("limo", body_frame))
+        self.assertIn("has body axes", self.fails("limo", body_frame))
 
     def test_several_odometries_are_chosen_among(self):
         def doubled(description):

@@ -94,7 +94,7 @@ class Bags(dumps.InFolder):
         for words in ("rosbag2_bagfile_information: [", "", "rosbag2_bagfile_information:\n  relative_file_paths:\n    - other.db3\n"):
             metadata.write_text(words)
             log = dumps.Log(self.folder / "bag")
-            self.assertIn("lists none of the files that are there", log.problems["rosbag2.no_metadata"].words)
+            self.assertIn("lists none of the existing files", log.problems["rosbag2.no_metadata"].words)
             self.assertEqual(sum(m.topic == "/odom" for m in log.messages), 30)
         metadata.unlink()
         log = dumps.Log(self.folder / "bag")
