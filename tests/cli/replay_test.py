@@ -149,7 +149,7 @@ class Replay(WithMap):
         self.assertIn("(--laps): the route is open", laps.err)
         (self.folder / "empty").mkdir()
         for where, part in (("nowhere", "nowhere: there is no such folder. Record a lap"),
-                            ("lap.mcap", "Map it first: waymark map lap.mcap -o map"),
+                            ("lap.mcap", "`waymark map lap.mcap` makes a map of it"),
                             ("empty", "Map a recorded lap into it first: waymark map lap.mcap -o empty"),
                             (".", "Did you mean ./map?")):
             outcome = self.run_here("replay", where, "--world", "circuit24")

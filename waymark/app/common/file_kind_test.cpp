@@ -222,7 +222,7 @@ TEST_F(FileKinds, AWrongFileIsNamedWithTheVerbsThatTakeIt) {
   written("world", shared("worlds", "circuit24"));
   written("unknown", "words\n");
   EXPECT_EQ(error("lap one", FileUse::Map),
-            lap + ": this is an MCAP recording, not a map of the tags. `waymark map '" + lap +
+            lap + ": this is a recording (MCAP), not a map of the tags. `waymark map '" + lap +
                 "'` makes a map of it, `waymark info '" + lap + "'` lists its contents.");
   EXPECT_EQ(error("lap one", FileUse::Recording), "");
   EXPECT_EQ(error("unknown", FileUse::Recording), "") << "its reader reports what is wrong";
