@@ -84,7 +84,7 @@ time.sleep(20)
             words = process.communicate(timeout=60)[1]
             self.assertLess(time.monotonic() - start, 2, "one second, and the machine may be busy")
             if ending == signal.SIGINT:
-                self.assertIn("stopped while it was unpacked", words)
+                self.assertIn("stopped while unpacking", words)
             self.assertEqual(list(temporary.iterdir()), [])
 
     def test_pipes_are_refused_at_once(self):

@@ -150,7 +150,7 @@ class Map(WithLap):
         (summary,) = outcome.records
         self.assertLess(summary["tags"], 24)
         self.assertFalse(summary["route_closed"])
-        self.assertIn("beyond the end of the file", summary["warnings"][0])
+        self.assertIn("past the end of the file", summary["warnings"][0])
         self.assertIn("does not come back to its start", outcome.err)
 
     def test_another_anchor_moves_the_map_and_is_not_compared(self):

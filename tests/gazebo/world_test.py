@@ -183,9 +183,9 @@ class Import(Folder):
             self.assertFalse((self.folder / "out.yaml").exists())
             return run.stderr
         self.assertIn("there is no such file", said("none.sdf"))
-        self.assertIn("this is no XML", said("text.sdf", b"hello\n"))
+        self.assertIn("not valid XML", said("text.sdf", b"hello\n"))
         self.assertIn("bad.sdf:3", said("bad.sdf", b"<sdf version='1.9'>\n<world name='w'>\n<model <\n"))
-        self.assertIn("this is no XML", said("noise.sdf", np.random.default_rng(1).bytes(100000)))
+        self.assertIn("not valid XML", said("noise.sdf", np.random.default_rng(1).bytes(100000)))
         self.assertIn("0 of 0 visuals", said("nothing.sdf", b"<sdf version='1.9'><world name='w'/></sdf>"))
         self.assertIn("pose", said("nan.sdf", b"<sdf version='1.9'><world name='w'><model name='m'><pose>nan 0 0 0 0 0</pose><link name='l'/></model></world></sdf>"))
         deep = 20000
@@ -242,7 +242,7 @@ class Export(Folder):
     def test_a_camera_that_gazebo_does_not_render_is_said(self):
         run = self.run_here("world", "export", "circuit24", "--robot-file", "limo", "--sdf", "out")
         self.assertEqual(run.returncode, 0)
-        self.assertIn("not the pinhole that Gazebo renders", run.stderr)
+        self.assertIn("not the pinhole camera that Gazebo renders", run.stderr)
         again = self.run_here("world", "export", "circuit24", "--sdf", "out")
         self.assertEqual(again.returncode, 1)
         self.assertIn("there is something already", again.stderr)

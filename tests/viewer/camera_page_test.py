@@ -23,7 +23,7 @@ def address(process):
     for line in process.stderr:
         if found := re.search(r"the page: (\S+)", line):
             return found.group(1)
-    raise SystemExit("the program said no address")
+    raise SystemExit("the program printed no address")
 
 
 def main():
@@ -45,19 +45,19 @@ def main():
                                     env={**os.environ, **environment})
         finally:
             process.send_signal(signal.SIGINT)
-            said = process.communicate(timeout=30)[1]
+            output = process.communicate(timeout=30)[1]
         if looked.returncode != 0 or process.returncode != 130:
-            print(said, file=sys.stderr)
+            print(output, file=sys.stderr)
             return 1
         saved, recorded = list(folder.glob("snapshot-*.png")), list(folder.glob("camera-*.mcap"))
         if len(saved) != 1 or len(recorded) != 1:
             raise SystemExit(f"saved {saved}, recorded {recorded}")
         found = subprocess.run([program, "detect", "--json", saved[0]], check=True, capture_output=True, text=True).stdout
         if "tag36h11:42" not in found:
-            raise SystemExit(f"the saved picture holds {found}")
+            raise SystemExit(f"the saved picture contains {found}")
         info = subprocess.run([program, "info", "--json", recorded[0]], check=True, capture_output=True, text=True).stdout
         if '"/image_raw/compressed"' not in info or '"/camera_info"' not in info:
-            raise SystemExit(f"the recording holds {info}")
+            raise SystemExit(f"the recording contains {info}")
     return 0
 
 

@@ -67,22 +67,22 @@ def main():
                                     "--set", "guide.views_at_most=1000", "--set", "guide.focal_share=1e-5", "--set", "guide.capture.new_share=0.02",
                                     "--resume", "views", "--view", "--port", "0", "-o", "calibration.yaml"],
                                    cwd=folder, env=camera.environment(), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        said = []
+        output = []
         for line in process.stderr:
-            said.append(line)
+            output.append(line)
             if found := re.search(r"the page: (\S+)", line):
                 break
         else:
-            print("".join(said), file=sys.stderr)
+            print("".join(output), file=sys.stderr)
             return 1
         try:
             looked = subprocess.run([node, HERE.parents[1] / "viewer/test/guided_test.mjs", found.group(1), *sys.argv[2:]], check=False, timeout=300,
                                     env={**os.environ, **environment}, stdout=subprocess.PIPE, text=True)
         finally:
             process.send_signal(signal.SIGINT)
-            said.append(process.communicate(timeout=60)[1])
+            output.append(process.communicate(timeout=60)[1])
         if looked.returncode != 0 or process.returncode != 130:
-            print("".join(said), file=sys.stderr)
+            print("".join(output), file=sys.stderr)
             return 1
         panel = json.loads(looked.stdout)
         shown = [int(re.search(r"\d+", part["words"]).group()) for part in panel["parts"]]

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""The page of a robot that runs, in a headless Chromium: teach, map and replay by its buttons on the simulator; what its camera sees.
+"""The page of a running robot in a headless Chromium: teach, map and replay by its buttons on the simulator; camera pictures.
 
 usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER session|pictures [PICTURES]
-session: the robot says the corners of tags, which is cheap, so that page and robot keep up on a busy machine; with PICTURES it sends
-pictures as well, and the screenshot of the documents goes there. pictures: a short lap with pictures.
-Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh).
+session: the robot sends tag corners only, which is cheap, so that page and robot keep up on a busy machine; with PICTURES it sends
+pictures as well, and writes the screenshot of the documentation there. pictures: a short lap with pictures.
+Exit code 77 (skipped) if npm could not build the page (tools/build_viewer.sh).
 """
 import math
 import os
@@ -41,7 +41,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder:
         world = pathlib.Path(folder) / "ring.yaml"
         world.write_text(round_world(), encoding="utf-8")
-        # Nothing runs out while somebody looks: a replay is many laps long.
+        # The replay has many laps, so that it does not end during the test.
         how = ["--images", "--pace", "1"] if what == "pictures" or pictures else ["--pace", "2"]
         with Robot(folder, "--world", world, "--laps", "50", *how) as robot:
             script = HERE.parents[1] / "viewer/test/live_test.mjs"

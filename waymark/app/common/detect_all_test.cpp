@@ -282,7 +282,7 @@ TEST_F(DetectRecording, TheDetectorThatIsNamedSearchesThePicturesAlsoBesideTags)
   EXPECT_TRUE(read_lap_file(tags_only));
   const auto none = read_lap_file(tags_only, {}, &finder_);
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("no pictures"));
+  EXPECT_THAT(none.error().message, HasSubstr("no images"));
   EXPECT_EQ(read_lap_file(file_.string(), {}, &finder_)->frames.size(), 3U);
 }
 
