@@ -36,7 +36,7 @@ Status DetectorFlags::refuse_all(const std::string& why, const std::string& hint
   Refusals refused(app_);
   refused.options(true, detector_, why, hint);
   refused.options(true, refinement_, why, hint);
-  refused.flags(true, {"family", "no_refine"}, why, hint);
+  refused.fields(true, {"family", "no_refine"}, why, hint);
   return refused.status();
 }
 
@@ -54,7 +54,7 @@ PoseFlags::PoseFlags(CLI::App& verb) : app_(verb) { add_fields(verb, words_); }
 
 Status PoseFlags::refuse_all(const std::string& why, const std::string& hint) const {
   Refusals refused(app_);
-  refused.flags(true, {"camera", "camera_name", "camera_size", "tag_size_m"}, why, hint);
+  refused.fields(true, {"camera", "camera_name", "camera_size", "tag_size_m"}, why, hint);
   return refused.status();
 }
 

@@ -55,7 +55,7 @@ std::string Settings::keys_text() const {
   return text;
 }
 
-GivenFlags given_on(const CLI::App& app) {
+GivenFields given_on(const CLI::App& app) {
   return [&app](const char* flag) {
     const std::string name = std::string_view(flag).starts_with('-') ? flag : flag_name(flag);
     const CLI::Option* option = app.get_option_no_throw(name);

@@ -15,7 +15,7 @@
 #include <CLI/Validators.hpp>
 
 #include "waymark/app/cli/verb.hpp"
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/option_layers.hpp"
 
@@ -214,13 +214,13 @@ template <HasFields Options>
 inline constexpr const char* kNoDelay = "only the smoother of `waymark localize` has a delay";
 
 /// Which flags are on the command line: "--tag-size-m", or "tag_size_m".
-[[nodiscard]] GivenFlags given_on(const CLI::App& app);
+[[nodiscard]] GivenFields given_on(const CLI::App& app);
 
 /// Fields and options that have no effect on what is given, refused one after the other: the first that is on
 /// the command line is the error.
-class Refusals : public FlagRefusals {
+class Refusals : public FieldRefusals {
  public:
-  explicit Refusals(const CLI::App& app) : FlagRefusals(given_on(app)) {}
+  explicit Refusals(const CLI::App& app) : FieldRefusals(given_on(app)) {}
 
   /// The options of a struct, or with `key` that of one field.
   template <HasFields Options>

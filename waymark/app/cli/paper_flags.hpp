@@ -24,8 +24,8 @@ class PaperFlags {
   [[nodiscard]] Status apply(Options& options) const {
     if (Status status = describe_paper(said_, options); !status) return status;
     Refusals refused(app_);
-    refused.flags(plot::format_of(said_.files.path) != plot::FileFormat::Png, {"--dpi"},
-                  "only .png has a resolution", "Leave it out.");
+    refused.fields(plot::format_of(said_.files.path) != plot::FileFormat::Png, {"--dpi"},
+                   "only .png has a resolution", "Leave it out.");
     return refused.status();
   }
   [[nodiscard]] Result<FamilyId> family() const { return described_family(said_); }

@@ -18,7 +18,7 @@ Ros2Flags::Ros2Flags(CLI::App& app) : app_(app) { add_fields(app, place_); }
 
 Status Ros2Flags::refuse_all(const std::string& why, const std::string& hint) const {
   Refusals refused(app_);
-  refused.flags(true, {"domain", "localhost", "interface", "ros_distro"}, why, hint);
+  refused.fields(true, {"domain", "localhost", "interface", "ros_distro"}, why, hint);
   return refused.status();
 }
 

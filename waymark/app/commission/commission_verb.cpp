@@ -25,7 +25,7 @@ ExitCode commission_robot(const CommissionArgs& args, Console& console) {
   if (not_a_process) setup->ground.robot = "sim";
   const bool simulated = setup->ground.robot == "sim";
   Refusals refused(args.app);
-  refused.flags(not_a_process, {"yes"}, "a simulated robot needs no answers", "Leave it out.");
+  refused.fields(not_a_process, {"yes"}, "a simulated robot needs no answers", "Leave it out.");
   refuse_seed(!simulated, refused);
   Status started = refused.status();
   if (started && not_a_process) started = become_the_robot(*setup, args.setup.as_words(), {.lockstep = true});

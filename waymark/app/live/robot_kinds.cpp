@@ -161,14 +161,14 @@ std::vector<std::string> RobotWords::as_words() const {
 }
 
 Result<RobotSetup> described_setup(const RobotWords& words, bool processes, const std::string& robot_file,
-                                   const GivenFlags& given) {
+                                   const GivenFields& given) {
   const bool process = processes && is_robot_kind(words.robot);
   const char* of_a_process = "Leave it out, or give `robot=process:CMD`.";
-  FlagRefusals refused(given);
-  refused.flags(!process, {"detector", "search_every", "search_strips"},
-                "a simulated robot finds its tags in another way", of_a_process);
-  refused.flags(!process, {"camera_source"}, "a simulated robot has simulated cameras", of_a_process);
-  refused.flags(process && !given("search_every"), {"search_strips"}, kSearchedWholly, kSearchEvery);
+  FieldRefusals refused(given);
+  refused.fields(!process, {"detector", "search_every", "search_strips"},
+                 "a simulated robot finds its tags in another way", of_a_process);
+  refused.fields(!process, {"camera_source"}, "a simulated robot has simulated cameras", of_a_process);
+  refused.fields(process && !given("search_every"), {"search_strips"}, kSearchedWholly, kSearchEvery);
   if (!refused.status()) return tl::unexpected(refused.status().error());
   const std::string& file = words.robot_file.empty() ? robot_file : words.robot_file;
   Result<RobotSetup> setup = load_robot(words.robot, words.world, file, words.seed, processes);

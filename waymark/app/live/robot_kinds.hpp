@@ -71,6 +71,6 @@ struct RobotWords {
 /// With `processes` the robot may be one; `robot_file`: where it is described when the words do not say
 /// so. Fails also on fields that were given and have no effect on it.
 [[nodiscard]] Result<RobotSetup> described_setup(const RobotWords& words, bool processes,
-                                                 const std::string& robot_file, const GivenFlags& given);
+                                                 const std::string& robot_file, const GivenFields& given);
 
 }  // namespace waymark

@@ -81,12 +81,12 @@ std::string robot_file_in(const std::filesystem::path& folder) {
   return std::filesystem::exists(file, ignored) ? file.string() : std::string();
 }
 
-Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, RobotSetup& setup) {
-  FlagRefusals refused(given);
-  refused.flags(!setup.process.empty(), {"images", "threads", "faults"},
-                "only a simulated robot is asked for this", "Leave it out, or `robot=process:CMD`.");
-  refused.flags(!words.images, {"threads"}, "without pictures there is nothing to do on threads",
-                "Add `images`, or leave it out.");
+Status describe_simulated(const SimulatedWords& words, const GivenFields& given, RobotSetup& setup) {
+  FieldRefusals refused(given);
+  refused.fields(!setup.process.empty(), {"images", "threads", "faults"},
+                 "only a simulated robot is asked for this", "Leave it out, or `robot=process:CMD`.");
+  refused.fields(!words.images, {"threads"}, "without pictures there is nothing to do on threads",
+                 "Add `images`, or leave it out.");
   if (!refused.status()) return refused.status();
   setup.simulated.threads = words.threads;
   if (words.faults.empty()) return {};
@@ -96,9 +96,9 @@ Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, 
   return {};
 }
 
-void refuse_seed(bool when, FlagRefusals& refused) {
-  refused.flags(when, {"seed"}, "nothing is drawn at random for a robot that is a process",
-                "Leave it out; a simulated process takes a seed of its own.");
+void refuse_seed(bool when, FieldRefusals& refused) {
+  refused.fields(when, {"seed"}, "nothing is drawn at random for a robot that is a process",
+                 "Leave it out; a simulated process takes a seed of its own.");
 }
 
 Result<RobotCommand> own_program(std::vector<std::string> words) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
@@ -86,11 +86,11 @@ struct SimulatedWords {
 };
 /// Gives the setup the script of faults and the threads. Fails on fields of a simulated robot where it is a
 /// process.
-[[nodiscard]] Status describe_simulated(const SimulatedWords& words, const GivenFlags& given,
+[[nodiscard]] Status describe_simulated(const SimulatedWords& words, const GivenFields& given,
                                         RobotSetup& setup);
 
 /// Refuses `seed`, `when` nothing is simulated or scripted.
-void refuse_seed(bool when, FlagRefusals& refused);
+void refuse_seed(bool when, FieldRefusals& refused);
 
 /// How a simulated robot that is a process of its own tells the time.
 struct SimulatedTime {

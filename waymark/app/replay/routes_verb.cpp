@@ -8,7 +8,7 @@ struct RoutesArgs : JobArgs<RoutesJob> {
   explicit RoutesArgs(CLI::App& app)
       : JobArgs(app, "One JSON object a route instead of words"), given(given_on(app)) {}
 
-  GivenFlags given;
+  GivenFields given;
 };
 
 ExitCode routes(const RoutesArgs& args, Console& console) {

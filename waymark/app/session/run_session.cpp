@@ -280,14 +280,16 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
                        .wall_s = watch.seconds()};
 }
 
-Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view, const GivenFlags& given) {
+Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view,
+                     const GivenFields& given) {
   const bool process = !setup.process.empty();
-  FlagRefusals refused(given);
-  refused.flags(process, {"images"}, "a robot that is a process sends pictures or does not", "Leave it out.");
-  refused.flags(process || !view, {"pace"}, "only a simulated robot that is watched keeps a pace",
-                "Add `view`, and let the robot be simulated, or leave it out.");
-  refused.flags(words.job.driver == "lines", {"speed_m_s"}, "the lines themselves say how fast",
-                "Leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(process, {"images"}, "a robot that is a process sends pictures or does not",
+                 "Leave it out.");
+  refused.fields(process || !view, {"pace"}, "only a simulated robot that is watched keeps a pace",
+                 "Add `view`, and let the robot be simulated, or leave it out.");
+  refused.fields(words.job.driver == "lines", {"speed_m_s"}, "the lines themselves say how fast",
+                 "Leave it out.");
   const bool scripted = words.job.driver == "scripted" || words.job.driver == "page" || view;
   refuse_seed(process && !scripted, refused);
   return refused.status() ? check_recorded_images(process || words.images, words.job.images)

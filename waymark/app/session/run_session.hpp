@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/replay/replay_route.hpp"
@@ -135,6 +135,6 @@ struct SessionReport {
 
 /// Fails on flags that have no effect with this robot and this driver; `view`: it is watched.
 [[nodiscard]] Status check_effects(const SessionWords& words, const RobotSetup& setup, bool view,
-                                   const GivenFlags& given);
+                                   const GivenFields& given);
 
 }  // namespace waymark

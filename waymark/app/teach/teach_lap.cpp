@@ -189,11 +189,11 @@ Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, cons
   return setup.process.empty() ? teach_simulated(setup, job, control) : teach_process(setup, job, control);
 }
 
-Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given) {
+Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFields& given) {
   const bool process = !setup.process.empty();
-  FlagRefusals refused(given);
-  refused.flags(process || job.driver != "scripted", {"wander_m", "wander_time_s", "overlap_m"},
-                "this is about the scripted driver of a simulated robot", "Leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(process || job.driver != "scripted", {"wander_m", "wander_time_s", "overlap_m"},
+                 "this is about the scripted driver of a simulated robot", "Leave it out.");
   refuse_seed(process && job.driver != "scripted", refused);
   return refused.status();
 }

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/robot_setup.hpp"
@@ -89,7 +89,7 @@ struct TeachReport {
 [[nodiscard]] ReportFields fields(const TeachReport& report);
 
 /// Fails on flags of the script that drives a simulated robot, where it does not drive.
-[[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFlags& given);
+[[nodiscard]] Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFields& given);
 
 /// Records a lap as `images` says (raw, jpeg; empty: without pictures), with words to the control. All of
 /// them outlive the listener.
