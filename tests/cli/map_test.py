@@ -187,7 +187,7 @@ class Map(WithLap):
         (self.folder / "file").touch()
         for words, code, part in (
                 (["none.mcap", "-o", "m"], 1, "none.mcap"),
-                (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
+                (["photograph.png", "-o", "m"], 1, "photograph.png: this is an image, not a recording. `waymark detect photograph.png`"),
                 (["lap.mcap"], 2, "--output is required"),
                 (["-o", "m"], 2, "LAP is required"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "'0' is not a size in metres"),

@@ -63,10 +63,7 @@ Result<ImageFormat> recognise(const Input& input) {
   if (text.empty())
     return fail(ErrorCode::Unreadable, "empty file where a picture was expected", input.whole(),
                 "Take or copy the picture again.");
-  if (text.starts_with("\xff\xd8\xff")) return ImageFormat::Jpeg;
-  if (text.starts_with("\x89PNG\r\n\x1a\n")) return ImageFormat::Png;
-  if (text.size() > 2 && text[0] == 'P' && "2356"sv.find(text[1]) != std::string_view::npos)
-    return ImageFormat::Pnm;
+  if (const auto format = image_format_of(input.bytes)) return *format;
   for (const Signature& signature : kForeign) {
     if (begins(text, signature)) {
       return fail(ErrorCode::Unsupported, fmt::format("looks like {}, which is not read", signature.what),

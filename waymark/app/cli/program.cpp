@@ -23,6 +23,7 @@
 
 #include "waymark/app/cli/flags.hpp"
 #include "waymark/app/cli/help_text.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/message_text.hpp"
 
 #ifndef WAYMARK_VERSION
@@ -400,9 +401,11 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
                                chosen.full_name, meant.nearest));
   }
   if (!chosen.unknown_verb.empty()) {
-    return misused(console, chosen.name,
-                   fmt::format("unknown verb '{}'. {}", chosen.unknown_verb,
-                               suggestion(chosen.unknown_verb, names_of(chosen.node->children))));
+    const std::string file = described_kind(chosen.unknown_verb);
+    return misused(
+        console, chosen.name,
+        fmt::format("unknown verb '{}'. {}", chosen.unknown_verb,
+                    file.empty() ? suggestion(chosen.unknown_verb, names_of(chosen.node->children)) : file));
   }
   const std::span<const std::string> given = std::span(words).subspan(chosen.verbs);
   if (const std::string missing = missing_value(given, *chosen.node->app);

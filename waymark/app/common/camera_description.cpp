@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
 
@@ -154,7 +155,8 @@ Status scale(const std::string& size, DescribedCamera& camera) {
 }  // namespace
 
 Result<DescribedCamera> read_camera(const CameraDescription& description) {
-  const Result<NamedCamera> named = read_camera(description.file, description.name);
+  const auto named =
+      or_wrong_kind(read_camera(description.file, description.name), description.file, FileUse::Camera);
   if (!named) return tl::unexpected(named.error());
   DescribedCamera read{.camera = named->camera};
   if (const Result<Calibration> ours = read_calibration(description.file)) {

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/media/video_format.hpp"
@@ -22,7 +23,7 @@ namespace waymark {
 
 Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& finder, const CameraModel* camera,
                                   const JobControl& control, const EachVideoTags& each) {
-  Result<VideoReader> reader = VideoReader::open(path);
+  Result<VideoReader> reader = or_wrong_kind(VideoReader::open(path), path, FileUse::Video);
   if (!reader) return tl::unexpected(reader.error());
   VideoTags all{.info = reader->info()};
   TagSequence sequence(finder);
@@ -213,7 +214,7 @@ class SampleTags {
 Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& finder,
                                      const CameraModel& camera, const JobControl& control,
                                      const EachTagFrame& each) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = or_wrong_kind(open_log(path, control.log_options()), path, FileUse::Video);
   if (!log) return tl::unexpected(log.error());
   const Result<LogContents> contents = contents_of(**log);
   if (!contents) return tl::unexpected(contents.error());
@@ -240,7 +241,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
 }  // namespace
 
 bool is_of_camera(const std::string& path, bool calibrated) {
-  if (looks_like_video(path)) return true;
+  if (kind_of(path) == FileKind::Video) return true;
   if (!calibrated) return false;
   const auto log = open_log(path);
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
@@ -258,9 +259,7 @@ Status check_of_camera(const std::string& path, const std::string& hint) {
 Result<VideoTags> find_camera_tags(const std::string& path, const TagFinder& finder,
                                    const CameraModel& camera, const JobControl& control,
                                    const EachTagFrame& each) {
-  std::error_code ignored;
-  if (std::filesystem::exists(path, ignored) && !looks_like_video(path))
-    return find_recorded_tags(path, finder, camera, control, each);
+  if (kind_of(path) != FileKind::Video) return find_recorded_tags(path, finder, camera, control, each);
   return find_video_tags(path, finder, &camera, control,
                          [&](const VideoFrame&, TagFrame& tags) { return each(tags); });
 }

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/media/video_format.hpp"
@@ -308,7 +309,7 @@ Image process(const Input& input, const TagFinder& finder, const CameraModel* ca
   report.image = input.path;
   report.error = input.error;
   if (report.error) return {};
-  auto image = read_image(input.path);
+  auto image = or_wrong_kind(read_image(input.path), input.path, FileUse::Image);
   if (!image) {
     report.error = image.error();
     return {};
@@ -359,7 +360,7 @@ LogSelection pictures_of(const MessageLog& log) {
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
                       const CameraModel* camera, const JobControl& control, const EachPicture& each,
                       DetectSummary& summary) {
-  const Result<std::unique_ptr<MessageLog>> log = open_log(path, control.log_options());
+  const Result<std::unique_ptr<MessageLog>> log = open_recording(path, control);
   if (!log) {
     fail_with(log.error(), path, control, summary);
     return true;
@@ -444,11 +445,12 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
       break;
     }
     control.progress({inputs[i].path, i, inputs.size()});
-    if (!inputs[i].error && looks_like_recording(inputs[i].path)) {
+    const FileKind kind = inputs[i].error ? FileKind::Unknown : kind_of(inputs[i].path);
+    if (is_recording(kind)) {
       going = detect_recording(i, inputs[i].path, finder, camera, control, each, summary);
       continue;
     }
-    if (!inputs[i].error && looks_like_video(inputs[i].path)) {
+    if (kind == FileKind::Video) {
       going = detect_video(i, inputs[i].path, finder, camera, control, each, summary);
       continue;
     }

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
@@ -218,7 +219,7 @@ Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& con
 
 Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const JobControl& control,
                                    const TagFinder* finder, const CameraChoice& choice) {
-  const auto log = open_logs(paths, control.log_options());
+  const auto log = open_recordings(paths, control);
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // made when it is needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
@@ -295,7 +296,7 @@ Status take_robot(const std::string& robot, RecordingSetup& setup, std::vector<s
   if (robot.empty()) return {};
   const auto path = find_shared("robots", robot, "robot");
   if (!path) return tl::unexpected(path.error());
-  const Result<RobotDescription> description = read_robot(*path);
+  const auto description = or_wrong_kind(read_robot(*path), *path, FileUse::Robot);
   if (!description) return tl::unexpected(description.error());
   for (std::string& words : disagreements(*description, setup)) warnings.push_back(std::move(words));
   setup.camera = description->camera;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -58,7 +59,7 @@ std::optional<double> image_latency_of(const std::string& path, const JobControl
 }
 
 Result<RecordingProfile> profile_of(const std::string& path, const JobControl& control) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
   RecordingProfiler profiler;
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {

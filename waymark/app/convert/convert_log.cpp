@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -219,7 +220,7 @@ Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& contr
   if (!out) return tl::unexpected(out.error());
   const auto latency = Duration(std::llround(job.tag_latency_s * 1e9));
   const Result<std::unique_ptr<MessageLog>> log =
-      open_logs(job.inputs, control.log_options({.mbot_camera_latency = latency}));
+      open_recordings(job.inputs, control, {.mbot_camera_latency = latency});
   if (!log) return tl::unexpected(about_files(log.error()));
   Result<ExportOptions> options = export_options(job, **log);
   if (!options) return tl::unexpected(options.error());

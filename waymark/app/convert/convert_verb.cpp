@@ -7,6 +7,7 @@
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/convert/convert_log.hpp"
 #include "waymark/app/convert/record_camera.hpp"
 #include "waymark/app/live/cameras.hpp"
@@ -130,7 +131,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   const ConvertJob job = described_convert(args);
   if (job.inputs.size() == 1 && is_camera_address(args.first))
     return args.video.record(args.first, job.output, args.json, console);
-  if (job.inputs.size() == 1 && looks_like_video(args.first))
+  if (job.inputs.size() == 1 && kind_of(args.first) == FileKind::Video)
     return args.video.convert(args.first, job.output, args.json, console);
   if (const Status unused = args.video.check_unused(); !unused) return fail_usage(unused.error(), console);
   const Result<ConvertReport> report = convert_log(job, control_from(console));

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/cli/parts.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/convert/play_log.hpp"
 #include "waymark/app/convert/play_to_ros2.hpp"
 
@@ -24,7 +25,7 @@ Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& select
 ExitCode play(const PlayArgs& args, Console& console) {
   if (Status status = check_effects(args, given_on(args.app)); !status)
     return fail_usage(status.error(), console);
-  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
+  const Result<std::unique_ptr<MessageLog>> log = open_recording(args.file, control_from(console));
   if (!log) return fail_with(log.error(), console);
   const Result<LogSelection> selection = select_part(**log, args.part);
   if (!selection) return fail_usage(selection.error(), console);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/base/message_text.hpp"
 
@@ -25,7 +26,7 @@ void add_doubts(RecordingInfo& info) {
 }  // namespace
 
 Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control) {
-  Result<std::unique_ptr<MessageLog>> opened = open_log(file, control.log_options());
+  Result<std::unique_ptr<MessageLog>> opened = open_recording(file, control);
   if (!opened) return tl::unexpected(opened.error());
   MessageLog& log = **opened;
   RecordingInfo info{.file = file,

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/text_file.hpp"
 
@@ -32,7 +33,8 @@ Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const 
 
 Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
   const auto text = read_text_file(job.detections == "-" ? "/dev/stdin" : job.detections, kMaxTextBytes);
-  auto reports = text ? parse_reports(*text, job.detections) : tl::unexpected(text.error());
+  auto reports = or_wrong_kind(text ? parse_reports(*text, job.detections) : tl::unexpected(text.error()),
+                               job.detections, FileUse::Detections);
   if (!reports) return tl::unexpected(reports.error());
   return Reports{.reports = std::move(*reports)};
 }
@@ -73,7 +75,8 @@ Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, co
 Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                      const TagFinder& finder, const JobControl& control) {
   const auto text = read_text_file(job.truth, kMaxTextBytes);
-  const auto truth = text ? parse_truth(*text, job.truth) : tl::unexpected(text.error());
+  const auto truth = or_wrong_kind(text ? parse_truth(*text, job.truth) : tl::unexpected(text.error()),
+                                   job.truth, FileUse::TrueCorners);
   if (!truth) return tl::unexpected(truth.error());
   Result<Reports> all =
       job.sources.empty() ? read_reports(job) : Result<Reports>(detect(job, finder, control));

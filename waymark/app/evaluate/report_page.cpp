@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/profile_table.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
@@ -548,7 +549,7 @@ std::vector<std::string> recordings_in(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, std::string>> found;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.is_regular_file(error) && looks_like_recording(entry.path().string()))
+    if (entry.is_regular_file(error) && is_recording(kind_of(entry.path())))
       found.emplace_back(entry.last_write_time(error), entry.path().string());
   }
   std::ranges::sort(found);
@@ -602,7 +603,7 @@ Result<Runs> read_runs(const std::vector<std::string>& paths, const JobControl& 
     if (!status) return tl::unexpected(status.error());
     if (fs::is_directory(path, ignored))
       status = add_folder(path, runs, control);
-    else if (fs::path(path).filename() == "map.yaml")
+    else if (kind_of(path) == FileKind::Map && fs::path(path).filename() == "map.yaml")
       status = add_map(fs::path(path).parent_path(), runs);
     else
       status = add_drive(path, runs, control);

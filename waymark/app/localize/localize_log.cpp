@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/localize/localize_output.hpp"
@@ -47,7 +48,7 @@ Status look_at_pictures(const std::string& path, const CameraChoice& frames, Loc
 
 Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
                 const JobControl& control) {
-  const auto log = open_log(path, control.log_options());
+  const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
   const Result<RecordingSetup> setup = (*log)->setup(frames);
   if (setup && setup->chosen.ambiguous) {
@@ -109,7 +110,7 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (robot.empty()) return {};
   const auto path = find_shared("robots", robot, "robot");
   if (!path) return tl::unexpected(path.error());
-  const Result<RobotDescription> description = read_robot(*path);
+  const auto description = or_wrong_kind(read_robot(*path), *path, FileUse::Robot);
   if (!description) return tl::unexpected(description.error());
   for (std::string& words : disagreements(*description, inputs.recorded))
     inputs.warnings.push_back(std::move(words));
@@ -140,7 +141,8 @@ namespace {
 
 Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (job.calibration.empty()) return {};
-  const Result<Calibration> calibration = read_calibration(job.calibration);
+  const auto calibration =
+      or_wrong_kind(read_calibration(job.calibration), job.calibration, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   if (calibration->camera) inputs.setup.sensor.camera = calibration->camera;
   SE3& base_T_sensor = inputs.setup.sensor.base_T_sensor;
@@ -202,7 +204,7 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   inputs.setup.filter = job.filter;
   inputs.setup.anchor = job.anchor;
   inputs.setup.method = job.method;
-  Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
+  Result<LandmarksFile> map = or_wrong_kind(read_landmarks(job.map, job.tag_size_m), job.map, FileUse::Map);
   if (!map) return tl::unexpected(map.error());
   inputs.setup.landmarks = std::move(map->landmarks);
   inputs.setup.tags = std::move(map->tags);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/localize/localize_output.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/landmarks_file.hpp"
@@ -45,7 +46,7 @@ Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const Jo
   if (!described) return tl::unexpected(described.error());
   const CameraModel& camera = described->camera;
   if (Status sound = check_localize_output(job.output); !sound) return tl::unexpected(sound.error());
-  const Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
+  const auto map = or_wrong_kind(read_landmarks(job.map, job.tag_size_m), job.map, FileUse::Map);
   if (!map) return tl::unexpected(map.error());
   if (Status poses = check_tag_poses(map->tags, job.map); !poses) return tl::unexpected(poses.error());
   for (const std::string& note : map->notes) control.note("note: " + note);

@@ -1,7 +1,6 @@
 #include "waymark/app/map/convert_map.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -9,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
@@ -79,15 +79,6 @@ std::string yaml_of(const TagTransforms& found) {
 
 }  // namespace
 
-bool is_ros_recording(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  std::ifstream file(path, std::ios::binary);
-  std::string first(7, '\0');
-  file.read(first.data(), static_cast<std::streamsize>(first.size()));
-  return first.starts_with("\x89MCAP0") || first == "#ROSBAG";
-}
-
 Result<ReadMap> read_map_transforms(const std::filesystem::path& path, std::optional<double> tag_size_m,
                                     const JobControl& control) {
   const Result<TagTransforms> found = transforms_of(path, control);
@@ -144,8 +135,10 @@ bool is_named_recording(const std::filesystem::path& path) {
 }  // namespace
 
 Result<ConvertMapReport> convert_map(const ConvertMapJob& job, const JobControl& control) {
-  Result<ReadMap> read = is_ros_recording(job.input) ? read_map_transforms(job.input, job.tag_size_m, control)
-                                                     : read_any_map(job.input, job.tag_size_m);
+  Result<ReadMap> read = is_recording(kind_of(job.input))
+                             ? read_map_transforms(job.input, job.tag_size_m, control)
+                             : read_any_map(job.input, job.tag_size_m);
+  read = or_wrong_kind(std::move(read), job.input, FileUse::AnyMap);
   if (!read) return tl::unexpected(read.error());
   if (Status status = remove_tags(job, read->map); !status) return tl::unexpected(status.error());
   if (read->form != MapForm::Waymark)

@@ -13,9 +13,6 @@
 /// `waymark map convert`: a map of tags in another program's form, or another's in ours.
 namespace waymark {
 
-/// Whether a file is a recording (MCAP, ROS 1 bag), by its first bytes.
-[[nodiscard]] bool is_ros_recording(const std::filesystem::path& path);
-
 /// The map that a recording's transforms (any topic of tf2_msgs/TFMessage, such as /tf_static) tell: of each
 /// tag the last one from the frame `map`. Tags seen from other frames only (a camera's) are named in the
 /// warnings.

@@ -48,7 +48,7 @@ Verb map_convert_verb() {
       .sentence = "Turn a map of tags into another program's form, or another's into ours",
       .help =
           R"(Reads our map.yaml, apriltags_poses.yaml of the Robotics Academy, TagSLAM's tagslam.yaml or poses.yaml, field layouts
-of WPILib (JSON, CSV), field maps of Limelight (FMAP), and transforms of tf as YAML or in a recording (MCAP, ROS 1 bag: /tf, /tf_static); what a file is, its content tells. What
+of WPILib (JSON, CSV), field maps of Limelight (FMAP), and transforms of tf as YAML or in a recording (/tf, /tf_static); what a file is, its content tells. What
 a form cannot say is left out and named. With --to tf an OUTPUT that ends in .mcap becomes a recording with /tf_static.
 Formats: docs/formats/map.md, "Maps of others".
 

@@ -7,6 +7,7 @@
 
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/map/map_extension.hpp"
 #include "waymark/app/map/map_recording.hpp"
 #include "waymark/config/share.hpp"
@@ -114,7 +115,7 @@ Result<MapJob> MapLapArgs::make_job() const {
   if (world.empty()) return made;
   const auto path = find_shared("worlds", world);
   if (!path) return tl::unexpected(path.error());
-  Result<World> truth = read_world(*path);
+  Result<World> truth = or_wrong_kind(read_world(*path), *path, FileUse::World);
   if (!truth) return tl::unexpected(truth.error());
   made.truth = std::move(*truth);
   return made;
@@ -122,7 +123,8 @@ Result<MapJob> MapLapArgs::make_job() const {
 
 Status MapLapArgs::read_maps(MapJob& made) const {
   if (!prior.empty()) {
-    Result<LandmarksFile> older = read_landmarks(prior, made.overrides.tag_size_m);
+    Result<LandmarksFile> older =
+        or_wrong_kind(read_landmarks(prior, made.overrides.tag_size_m), prior, FileUse::Map);
     if (!older) return tl::unexpected(older.error());
     made.prior = std::move(*older);
   }

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/live/live_robot.hpp"
@@ -196,7 +197,7 @@ Status check_drive(const ReplayJob& job, const Route& route) {
 
 Status take_calibration(const std::string& path, ReplayJob& job) {
   if (path.empty()) return {};
-  Result<Calibration> calibration = read_calibration(path);
+  Result<Calibration> calibration = or_wrong_kind(read_calibration(path), path, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   take_calibrated(*calibration, job.filter);
   // Both are shares of what was asked: wheels that are controlled turn as asked, the robot by the gain less.

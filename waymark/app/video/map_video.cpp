@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_tags.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
@@ -263,7 +264,8 @@ Result<MeasuredDistance> parse_distance(const std::string& text) {
 }
 
 Status read_prior_map(const std::string& file, MapVideoJob& job) {
-  Result<LandmarksFile> older = read_landmarks(file, job.sizes.default_size_m);
+  Result<LandmarksFile> older =
+      or_wrong_kind(read_landmarks(file, job.sizes.default_size_m), file, FileUse::Map);
   if (!older) return tl::unexpected(older.error());
   job.prior = std::move(older->tags);
   job.field = older->field;

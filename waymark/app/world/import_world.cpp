@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/world/lay_world.hpp"
@@ -342,7 +343,7 @@ Status short_line(const SdfScene& scene, const std::string& start, ImportWorldRe
 
 Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobControl& control) {
   if (Status status = check_output_file(job.output); !status) return tl::unexpected(status.error());
-  const auto scene = read_sdf(job.file, job.folders);
+  const auto scene = or_wrong_kind(read_sdf(job.file, job.folders), job.file, FileUse::SdfWorld);
   if (!scene) return tl::unexpected(scene.error());
   ImportWorldReport report{.file = job.output.string(), .warnings = scene->warnings};
   auto world = world_of(*scene, job.families, report.warnings);

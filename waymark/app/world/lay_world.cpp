@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
@@ -128,8 +129,11 @@ LaidLine line_of(const std::string& name, const std::vector<Eigen::Vector2d>& po
 
 Result<World> read_line(const std::string& path, const JobControl& control) {
   const std::string name = std::filesystem::path(path).stem().string();
-  const bool table = path.ends_with(".csv") || path.ends_with(".txt");
-  const auto points = table ? points_of_table(path) : points_of_recording(path, control);
+  const FileKind kind = kind_of(path);
+  const bool named = path.ends_with(".csv") || path.ends_with(".txt");
+  const bool table = is_table_kind(kind) || (named && !is_recording(kind));
+  const auto points =
+      or_wrong_kind(table ? points_of_table(path) : points_of_recording(path, control), path, FileUse::Line);
   if (!points) return tl::unexpected(points.error());
   constexpr double kLargest_m = 500;
   const bool too_large = std::ranges::any_of(*points, [&](const Eigen::Vector2d& point) {

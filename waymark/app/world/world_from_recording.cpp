@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/profile_table.hpp"
@@ -41,7 +42,7 @@ struct MappedDrive {
 Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordingJob& job) {
   if (!job.robot.empty()) {
     const auto path = find_shared("robots", job.robot, "robot");
-    return path ? read_robot(*path) : tl::unexpected(path.error());
+    return path ? or_wrong_kind(read_robot(*path), *path, FileUse::Robot) : tl::unexpected(path.error());
   }
   if (place.robot) return *place.robot;
   return fail(ErrorCode::NotFound, "the map's folder has no robot.yaml", {.source = job.map.string()},
@@ -140,7 +141,7 @@ struct Remaining {
 
 Result<Remaining> read_remaining(const WorldFromRecordingJob& job, const std::vector<TagFrame>& frames,
                                  const JobControl& control) {
-  const auto log = open_log(job.recording, control.log_options());
+  const auto log = open_recording(job.recording, control);
   if (!log) return tl::unexpected(log.error());
   Remaining rest;
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
