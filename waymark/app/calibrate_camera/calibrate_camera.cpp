@@ -340,18 +340,18 @@ Status check_ending(const CameraFitJob& job) {
 
 }  // namespace
 
-void refuse_without_output(const CameraFitJob& fit, FlagRefusals& refused) {
-  refused.flags(fit.output.empty(), {"format"}, "this is about `output`", "Give `output`, or leave it out.");
-  refused.flags(fit.output.empty() && fit.camera_info.empty(), {"force"}, "nothing is written",
-                "Give `output`, or leave it out.");
+void refuse_without_output(const CameraFitJob& fit, FieldRefusals& refused) {
+  refused.fields(fit.output.empty(), {"format"}, "this is about `output`", "Give `output`, or leave it out.");
+  refused.fields(fit.output.empty() && fit.camera_info.empty(), {"force"}, "nothing is written",
+                 "Give `output`, or leave it out.");
 }
 
-Status check_job(const CalibrateCameraJob& job, const GivenFlags& given) {
-  FlagRefusals refused(given);
-  refused.flags(!job.detections.empty(), {"recursive"}, "with `detections` nothing is detected",
-                "Leave it out, or give pictures.");
-  refused.flags(!job.target.map.empty(), {"spacing", "first_id", "target"},
-                "this is about a board, and `map` names a map", "Leave it out.");
+Status check_job(const CalibrateCameraJob& job, const GivenFields& given) {
+  FieldRefusals refused(given);
+  refused.fields(!job.detections.empty(), {"recursive"}, "with `detections` nothing is detected",
+                 "Leave it out, or give pictures.");
+  refused.fields(!job.target.map.empty(), {"spacing", "first_id", "target"},
+                 "this is about a board, and `map` names a map", "Leave it out.");
   refuse_without_output(job.fit, refused);
   refuse_of_other_targets(job.target, refused);
   if (!refused.status() || job.sources.empty() != job.detections.empty()) return refused.status();

@@ -126,13 +126,13 @@ Status check_pictures_follow(const CalibrateGuidedJob& job) {
 
 }  // namespace
 
-Status check_job(const CalibrateGuidedJob& job, const GivenFlags& given) {
+Status check_job(const CalibrateGuidedJob& job, const GivenFields& given) {
   const auto live = is_only_camera(job.sources);
   if (!live) return tl::unexpected(live.error());
-  FlagRefusals refused(given);
+  FieldRefusals refused(given);
   refuse_without_output(job.fit, refused);
   refuse_of_other_targets(job.target, refused);
-  refused.flags(!*live, {"view"}, "this is about live cameras", "Leave it out.");
+  refused.fields(!*live, {"view"}, "this is about live cameras", "Leave it out.");
   if (!refused.status()) return refused.status();
   if (job.sources.empty())
     return fail(

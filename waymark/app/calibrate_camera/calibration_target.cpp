@@ -167,7 +167,7 @@ std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<d
       share, board_->marker_m, board_->size_m, said);
 }
 
-void refuse_of_other_targets(const TargetOptions& options, FlagRefusals& refused) {
+void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refused) {
   struct FieldOf {
     const char* name;
     std::vector<std::string> kinds;
@@ -181,9 +181,9 @@ void refuse_of_other_targets(const TargetOptions& options, FlagRefusals& refused
                                        {"first_id", {"tags", "aprilgrid", "charuco"}},
                                        {"detections", {"tags"}}};
   for (const FieldOf& field : fields)
-    refused.flags(std::ranges::find(field.kinds, options.kind) == field.kinds.end(), {field.name},
-                  fmt::format("this has no effect on the target {}", options.kind),
-                  fmt::format("Leave it out, or choose `target={}`.", fmt::join(field.kinds, " or ")));
+    refused.fields(std::ranges::find(field.kinds, options.kind) == field.kinds.end(), {field.name},
+                   fmt::format("this has no effect on the target {}", options.kind),
+                   fmt::format("Leave it out, or choose `target={}`.", fmt::join(field.kinds, " or ")));
 }
 
 }  // namespace waymark

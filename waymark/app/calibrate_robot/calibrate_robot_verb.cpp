@@ -22,8 +22,8 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   if (args.by == "innovations") job.by = CalibrateRobotBy::Innovations;
   Refusals refused(args.settings.app());
   refused.options(true, args.filter, kNoDelay, "Leave it out.", "lag_s");
-  refused.flags(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"--map-sigma"},
-                "this is about a map, where the method is lap", "Give --map, or leave it out.");
+  refused.fields(job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations, {"--map-sigma"},
+                 "this is about a map, where the method is lap", "Give --map, or leave it out.");
   Status flags = refused.status();
   if (flags) flags = args.filter.apply(job.drive.filter);
   job.drive.asked = [&args](RiekfOptions& filter) { return args.filter.apply(filter); };

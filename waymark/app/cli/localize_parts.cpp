@@ -16,7 +16,7 @@ Status MethodFlags::apply(LocalizationKind& method, RiekfOptions& filter, Anchor
   const Result<LocalizationKind> named = parse_localization_method(method_);
   if (!named) return tl::unexpected(named.error());
   method = *named;
-  const char* hint = "Leave it out, or choose another --method.";
+  const char* hint = "Omit this option, or choose another --method.";
   Status status;
   if (method == LocalizationKind::Anchor)
     status = refuse(filter_, "the method anchor has no filter", hint);

@@ -41,15 +41,15 @@ struct Node {
   std::vector<Node> children;
 };
 
-bool says(const std::vector<std::string>& words, std::string_view word) {
+bool names_word(const std::vector<std::string>& words, std::string_view word) {
   return std::ranges::count(words, word) > 0;
 }
 
-/// Only verbs that the words name get their flags: all of them take longer than many a verb runs.
+/// Only verbs among the words get their flags: adding all flags takes longer than many verbs run.
 Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words) {
   Node node{&verb, &app, {}, {}};
   app.set_help_flag("-h,--help", "Print this and stop");
-  app.set_help_all_flag("--help-all", "Print all flags, also those used less, and stop");
+  app.set_help_all_flag("--help-all", "Print all flags, including rarely used ones, and stop");
   app.footer(verb.help);
   if (verb.report)
     app.formatter(
@@ -57,7 +57,8 @@ Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words
   if (verb.prepare) node.run = verb.prepare(app);
   for (const Verb& child : verb.verbs) {
     CLI::App* sub = app.add_subcommand(child.name, child.sentence)->group("Verbs");
-    node.children.push_back(says(words, child.name) ? grow(child, *sub, words) : Node{&child, sub, {}, {}});
+    const bool named = names_word(words, child.name);
+    node.children.push_back(named ? grow(child, *sub, words) : Node{&child, sub, {}, {}});
   }
   if (!node.children.empty()) app.require_subcommand(node.run ? 0 : 1, 1);
   return node;
@@ -70,7 +71,7 @@ const Verb* find_verb(const std::vector<Verb>& verbs, std::string_view name) {
 
 bool asks_for_help(std::string_view word) { return word == "-h" || word == "--help" || word == "--help-all"; }
 
-/// How many values a flag takes, and what they are called.
+/// Number and name of the values of a flag.
 struct FlagValues {
   int least = 0;
   int most = 0;
@@ -89,7 +90,7 @@ void add_flags(const CLI::App& app, FlagTable& table) {
   }
 }
 
-/// The flags of a verb and of all verbs below it.
+/// Adds the flags of a verb and of all verbs below it.
 void add_flags(const Verb& verb, FlagTable& table) {
   CLI::App app;
   if (verb.prepare) static_cast<void>(verb.prepare(app));
@@ -97,10 +98,10 @@ void add_flags(const Verb& verb, FlagTable& table) {
   for (const Verb& child : verb.verbs) add_flags(child, table);
 }
 
-/// Which of the words are neither flags nor their values.
+/// Marks the words that are neither flags nor values of flags.
 std::vector<std::size_t> input_places(const std::vector<std::string>& words, const FlagTable& flags) {
   std::vector<std::size_t> places;
-  int values = 0;  // that may follow
+  int values = 0;  // number of words that may still belong to the last flag
   bool inputs_only = false;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const auto flag = flags.find(std::string_view(words[i]).substr(0, words[i].find('=')));
@@ -118,9 +119,9 @@ std::vector<std::size_t> input_places(const std::vector<std::string>& words, con
   return places;
 }
 
-/// The place of the first word after `verb` that is neither a flag nor a value of one, if there is any.
+/// The index of the first word after `verb` that is neither a flag nor a value of one, if there is any.
 std::optional<std::size_t> first_input(const Verb& verb, const std::vector<std::string>& words) {
-  if (!words.empty() && !words.front().starts_with('-')) return 0;  // without asking for all flags
+  if (!words.empty() && !words.front().starts_with('-')) return 0;  // spares building the table of flags
   FlagTable flags;
   add_flags(verb, flags);
   const std::vector<std::size_t> places = input_places(words, flags);
@@ -135,8 +136,8 @@ bool is_file(const std::string& word) {
 /// Whether a verb does nothing by itself, so that a line must name one of those below it.
 bool only_leads_on(const Verb& verb) { return !verb.prepare && !verb.usual_verb; }
 
-/// Puts a verb that is named after flags before them: "map -o m lap lap.mcap" becomes "map lap -o m
-/// lap.mcap". A file of that name is an input, where `verb` takes any.
+/// Moves a verb that follows flags before them: "map -o m lap lap.mcap" becomes "map lap -o m lap.mcap". If
+/// `verb` takes inputs and a file of that name exists, the word is an input.
 void put_verb_first(const Verb& verb, const std::vector<std::string>::iterator from,
                     const std::vector<std::string>::iterator end) {
   const std::vector<std::string> rest(from, end);
@@ -149,7 +150,7 @@ void put_verb_first(const Verb& verb, const std::vector<std::string>::iterator f
   std::rotate(from, at, at + 1);
 }
 
-/// A verb that the first input is a misspelt name of: "lapp", where there is no such file, for "lap". Empty:
+/// The verb of which the first input is a misspelt name: "lap" for "lapp" if there is no such file. Empty:
 /// none.
 std::string misspelt_verb(const Verb& verb, const std::string& input) {
   if (input.find_first_of("./:*") != std::string::npos || is_file(input)) return {};
@@ -158,15 +159,15 @@ std::string misspelt_verb(const Verb& verb, const std::string& input) {
   return nearest_word(input, names);
 }
 
-/// The verb that a line means and does not name.
+/// The verb that a command line implies.
 struct MeantVerb {
   const Verb* verb = nullptr;  ///< nullptr: the line names all its verbs
-  std::string typed{};         ///< what the line has in its place; empty: nothing
-  std::string misspelt{};      ///< the input that is neither a verb nor a file, and near to `nearest`
+  std::string typed{};         ///< the word that it replaces; empty: none
+  std::string misspelt{};      ///< the input that is neither a verb nor a file, and similar to `nearest`
   std::string nearest{};
 };
 
-/// Puts the verb that the words mean where it belongs: "map lap.mcap" becomes "map lap lap.mcap", and
+/// Inserts the implied verb: "map lap.mcap" becomes "map lap lap.mcap", and
 /// "calibrate camera v4l2:/dev/video0" becomes "calibrate guided v4l2:/dev/video0".
 MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
   const Verb* parent = nullptr;
@@ -196,14 +197,14 @@ MeantVerb complete(const Verb& program, std::vector<std::string>& words) {
   return {beside, verb->name};
 }
 
-/// How far the words lead into the tree of verbs.
+/// The node of the verb tree that the words lead to.
 struct Chosen {
   const Node* node = nullptr;
   const Node* parent = nullptr;
   std::string name;          ///< "waymark evaluate detections", as the user named it
-  std::string full_name;     ///< with the verb that is meant
+  std::string full_name;     ///< with the implied verb
   std::string unknown_verb;  ///< the word that should have been a verb; empty when there is none
-  std::size_t verbs = 0;     ///< that the words begin with
+  std::size_t verbs = 0;     ///< number of verbs at the beginning of the words
 };
 
 Chosen choose(const Node& root, const std::vector<std::string>& words, const MeantVerb& meant) {
@@ -227,7 +228,7 @@ Chosen choose(const Node& root, const std::vector<std::string>& words, const Mea
   return chosen;
 }
 
-/// Whether a verb of the program has the flag; asked for the first time, all of them are listed.
+/// Whether a verb of the program has the flag. The first call lists all flags.
 HasFlag has_flag_of(const Verb& program) {
   return [&program, flags = std::make_shared<FlagTable>()](std::string_view flag) {
     if (flags->empty()) add_flags(program, *flags);
@@ -243,7 +244,7 @@ std::vector<std::string> flags_of(const CLI::App& app) {
   return flags;
 }
 
-/// The first word that looks like a flag and is none; empty when there is none.
+/// The first unknown flag; empty if there is none.
 std::string unknown_flag(const CLI::App& root) {
   for (const std::string& word : root.remaining(true)) {
     if (word.size() > 1 && word.starts_with('-') && word != "--") return word.substr(0, word.find('='));
@@ -277,16 +278,16 @@ std::string plain_words(const std::string& words) {
   return words;
 }
 
-/// Whether a line may mean one of these verbs by the name of another.
-bool stand_in(const std::vector<Verb>& verbs) {
+/// Whether a command line with one of these verbs may imply another of them.
+bool any_usual_verb(const std::vector<Verb>& verbs) {
   return std::ranges::any_of(verbs, [](const Verb& verb) { return verb.verbs.empty() && verb.usual_verb; });
 }
 
-/// The verb beside the chosen one that has the flag, where a line need not name which is meant.
+/// The sibling of the chosen verb that has the flag, if the verb may be implied.
 std::string verb_with(const std::string& flag, const Chosen& chosen) {
   if (chosen.parent == nullptr) return {};
   const Verb& parent = *chosen.parent->verb;
-  if (!parent.usual_verb && !stand_in(parent.verbs)) return {};
+  if (!parent.usual_verb && !any_usual_verb(parent.verbs)) return {};
   for (const Verb& verb : parent.verbs) {
     if (&verb == chosen.node->verb) continue;
     FlagTable flags;
@@ -303,15 +304,15 @@ std::vector<std::string> names_of(const std::vector<Node>& nodes) {
   return names;
 }
 
-/// What a ParseError means, with the verb that has an unknown flag, or the nearest known flag.
+/// The message for a ParseError, with the verb that has an unknown flag, or the nearest valid flag.
 std::string explain(const CLI::ParseError& error, const CLI::App& root, const Chosen& chosen) {
   if (chosen.parent != nullptr && !chosen.node->children.empty() && !chosen.node->run)
-    return fmt::format("no verb given. Known: {}.", fmt::join(names_of(chosen.node->children), ", "));
+    return fmt::format("no verb given. Verbs: {}.", fmt::join(names_of(chosen.node->children), ", "));
   const std::string flag = unknown_flag(root);
   if (flag.empty()) return plain_words(error.what());
   const std::vector<std::string> own = flags_of(*chosen.node->app);
   if (const std::string verb = verb_with(flag, chosen); !verb.empty())
-    return fmt::format("unknown flag '{}' of `{}`: it is one of `{}`.", flag, chosen.full_name, verb);
+    return fmt::format("unknown flag '{}' of `{}`; it is a flag of `{}`.", flag, chosen.full_name, verb);
   const std::string nearest = nearest_word(flag, own);
   return fmt::format("unknown flag '{}'.{}", flag,
                      nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));
@@ -323,7 +324,7 @@ ExitCode misused(Console& console, const std::string& name, const std::string& w
   return ExitCode::Usage;
 }
 
-/// The flag that was given "nan", which passes every test of a range; empty when none was.
+/// The flag with the value "nan", which passes every range check; empty if there is none.
 std::string flag_without_number(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_lnames().empty()) continue;
@@ -334,8 +335,8 @@ std::string flag_without_number(const CLI::App& app) {
   return {};
 }
 
-/// Which flag lacks its values, as a flag, nothing or an empty word follows it; or that an input is empty.
-/// Empty: all values are there.
+/// The message for a flag without its values (a flag, an empty word or nothing follows it), or for an empty
+/// input. Empty: all values are there.
 std::string missing_value(std::span<const std::string> words, const CLI::App& app) {
   FlagTable flags;
   add_flags(app, flags);
@@ -344,7 +345,7 @@ std::string missing_value(std::span<const std::string> words, const CLI::App& ap
   };
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == "--") break;
-    if (words[i].empty()) return "an input is empty: give the name of a file, or leave it out.";
+    if (words[i].empty()) return "an input is empty: give a file name.";
     const std::size_t end = std::min(words[i].find('='), words[i].size());
     const auto flag = flags.find(std::string_view(words[i]).substr(0, end));
     if (flag == flags.end() || flag->second.least == 0) continue;
@@ -360,23 +361,23 @@ std::string missing_value(std::span<const std::string> words, const CLI::App& ap
   return {};
 }
 
-/// The message about a flag before its verb; empty: the words begin with a verb, or ask for help.
+/// The message for a flag before its verb; empty if the words begin with a verb or request help.
 std::string flag_before_verb(const Verb& program, const std::vector<std::string>& words) {
   if (words.empty() || !words.front().starts_with('-') || asks_for_help(words.front()) ||
       words.front() == "--version")
     return {};
   for (const std::string& word : words)
     if (find_verb(program.verbs, word) != nullptr)
-      return fmt::format("the flag '{}' belongs after `{} {}`.", words.front(), program.name, word);
+      return fmt::format("the flag '{}' must follow `{} {}`.", words.front(), program.name, word);
   return {};
 }
 
 ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
   CLI::App app(program.sentence, program.name);
   app.formatter(std::make_shared<WrappingFormatter>(has_flag_of(program)));
-  const bool verbose = says(words, "--version") && std::erase(words, "--verbose") > 0;
+  const bool verbose = names_word(words, "--version") && std::erase(words, "--verbose") > 0;
   app.set_version_flag("--version", program.name + " " WAYMARK_VERSION,
-                       "Print the version and stop; with --verbose also compiler, features and libraries");
+                       "Print the version (with --verbose also compiler, features and libraries) and stop");
   if (!words.empty() && words.front() == "help") {  // `waymark help detect`
     words.erase(words.begin());
     words.emplace_back("--help");
@@ -456,7 +457,8 @@ int run_program(const Verb& program, std::vector<std::string> words, std::FILE* 
     code = parse_and_run(program, std::move(words), out, err);
   } catch (const std::bad_alloc&) {
     std::fputs(fmt::format("{}: out of memory\n", program.name).c_str(), err);
-  } catch (const std::exception& error) {  // from a library; ours do not throw
+  } catch (const std::exception& error) {  // thrown by a library; this code base does not throw
+
     std::fputs(fmt::format("{}: internal error: {}. Please report it.\n", program.name, error.what()).c_str(),
                err);
   }

@@ -7,14 +7,13 @@ namespace waymark::cli {
 RobotSimFlags::RobotSimFlags(CLI::App& verb, PlantFlag plant, Pictures pictures)
     : settings_(verb), setup_(verb), pictures_(settings_, Reach::Flags, false, pictures) {
   if (plant == PlantFlag::None) return;
-  add_option(
-      verb, "--plant ROBOT", plant_,
-      "Simulation behind the wire instead of Waymark's: process:CMD, a program that speaks the protocol "
-      "of robot processes. World and robot file say which camera, wheels and tags it has",
-      kMore)
+  add_option(verb, "--plant ROBOT", plant_,
+             "Simulation behind the wire instead of Waymark's: process:CMD, a program with the protocol "
+             "of robot processes. World and robot file specify its camera, wheels and tags",
+             kMore)
       ->check([](const std::string& given) {
         return plant_command(given) ? std::string()
-                                    : "'" + given + "' is no process:CMD (docs/formats/robot-process.md)";
+                                    : "'" + given + "' is not process:CMD (docs/formats/robot-process.md)";
       });
 }
 

@@ -195,10 +195,10 @@ Error about_files(Error error) {
 
 }  // namespace
 
-Status check_no_recording(const GivenFlags& given) {
-  FlagRefusals refused(given);
-  refused.flags(true, {"format", "topics", "from", "to", "kind", "robot", "tag_latency_s"},
-                "this is about recordings, and the input is none", "Leave it out.");
+Status check_no_recording(const GivenFields& given) {
+  FieldRefusals refused(given);
+  refused.fields(true, {"format", "topics", "from", "to", "kind", "robot", "tag_latency_s"},
+                 "this is about recordings, and the input is none", "Leave it out.");
   return refused.status();
 }
 

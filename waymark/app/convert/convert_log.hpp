@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
@@ -85,7 +85,7 @@ struct ConvertWords {
 [[nodiscard]] ConvertJob described_convert(const ConvertWords& words);
 
 /// Fails on flags about recordings, where the input is none.
-[[nodiscard]] Status check_no_recording(const GivenFlags& given);
+[[nodiscard]] Status check_no_recording(const GivenFields& given);
 
 struct ConvertReport {
   std::vector<std::string> inputs{};

@@ -60,8 +60,8 @@ Status ConvertVideoFlags::check_unused() const {
   const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
   const char* hint = "Leave it out, or give one video.";
   Refusals refused(app_);
-  refused.flags(true, {"--pictures"}, why, hint);
-  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.fields(true, {"--pictures"}, why, hint);
+  refused.fields(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
   refused.all(true, poses_, why, hint);
   refused.all(true, detector_, why, hint);
   return refused.status();
@@ -85,7 +85,7 @@ Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string
 ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
                                     Console& console) const {
   Refusals refused(app_);
-  refused.flags(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
+  refused.fields(true, {"--duration-s"}, "this is about live cameras", "Leave it out.");
   const auto prepared = refused.status() ? prepare(input, output) : tl::unexpected(refused.status().error());
   if (!prepared) return fail_with(prepared.error(), console);
   const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));

@@ -337,14 +337,14 @@ Status play_log(MessageLog& log, const LogSelection& selection, const PlayOption
   });
 }
 
-Status check_effects(const PlayWords& words, const GivenFlags& given) {
+Status check_effects(const PlayWords& words, const GivenFields& given) {
   if (!(words.options.speed >= 0 && words.options.speed <= 1e6))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", words.options.speed),
                 {.key = "speed"}, "1 is as it was, 0 as fast as possible.");
-  FlagRefusals refused(given);
-  refused.flags(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Leave it out.");
-  refused.flags(!words.ros2, {"commands"}, "nothing is published without `ros2`",
-                "Add `ros2`, or leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(words.ros2, {"messages", "json"}, "nothing is printed with `ros2`", "Leave it out.");
+  refused.fields(!words.ros2, {"commands"}, "nothing is published without `ros2`",
+                 "Add `ros2`, or leave it out.");
   return refused.status();
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -99,7 +99,7 @@ struct PlayWords {
 };
 
 /// Fails on a speed that is none, and on flags that have no effect.
-[[nodiscard]] Status check_effects(const PlayWords& words, const GivenFlags& given);
+[[nodiscard]] Status check_effects(const PlayWords& words, const GivenFields& given);
 
 /// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
 /// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).

@@ -56,8 +56,8 @@ struct DetectArgs : DetectWords {
 ExitCode detect(const DetectArgs& args, Console& console) {
   const CLI::App& app = args.settings.app();
   Refusals refused(app);
-  refused.flags(!args.json, {"--covariance"}, "tables do not show covariances",
-                "Add --json, or leave it out.");
+  refused.fields(!args.json, {"--covariance"}, "tables do not show covariances",
+                 "Add --json, or leave it out.");
   if (!refused.status()) return fail_usage(refused.status().error(), console);
   const auto finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);

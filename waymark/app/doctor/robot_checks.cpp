@@ -28,7 +28,7 @@
 namespace waymark {
 namespace {
 
-/// How long one waits for a message before it is asked whether to end.
+/// Longest wait for a message before cancellation is checked.
 constexpr Duration kDoctorSlice = std::chrono::milliseconds(100);
 
 DoctorLine odometry_line(const NetworkHeard& heard, const std::string& howto) {
@@ -41,7 +41,7 @@ DoctorLine odometry_line(const NetworkHeard& heard, const std::string& howto) {
   const double rate_Hz = heard.odometries / (heard.listened_s * heard.sim_pace.value_or(1));
   const bool slow = rate_Hz < kLeastRateHz;
   return {"robot", slow ? DoctorLevel::Warn : DoctorLevel::Ok,
-          fmt::format("odometry on {} {:.0f} times a {}second", heard.odometry, rate_Hz,
+          fmt::format("odometry on {} {:.0f} times per {}second", heard.odometry, rate_Hz,
                       heard.sim_pace ? "simulated " : ""),
           slow ? howto : ""};
 }
@@ -50,12 +50,11 @@ DoctorLine clock_line(double behind_s) {
   constexpr double kApart_s = 0.1;
   const bool apart = std::abs(behind_s) > kApart_s;
   return {"clock", apart ? DoctorLevel::Warn : DoctorLevel::Ok,
-          apart
-              ? fmt::format("the robot's stamps are {:.2f} s {} this computer's clock: pictures of a camera "
-                            "of this computer do not fit to them",
-                            std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of")
-              : fmt::format("the robot's stamps come within {:.0f} ms of this computer's clock",
-                            1e3 * std::abs(behind_s)),
+          apart ? fmt::format("the robot's stamps are {:.2f} s {} this computer's clock: images of this "
+                              "computer's cameras cannot be matched to them",
+                              std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of")
+                : fmt::format("the robot's stamps are within {:.0f} ms of this computer's clock",
+                              1e3 * std::abs(behind_s)),
           apart ? "chronyc tracking, on both computers" : ""};
 }
 
@@ -64,18 +63,18 @@ DoctorLine commands_line(const NetworkHeard& heard, const std::string& howto) {
     return {"commands", DoctorLevel::Fail,
             fmt::format("another program commands this robot on {}{}", heard.commands,
                         heard.driver.empty() ? "" : ": " + heard.driver),
-            "End that program; two drivers make a robot obey both in turn."};
+            "End that program: the robot would obey the commands of both."};
   if (heard.silent_publishers > 0)
     return {"commands", DoctorLevel::Warn,
-            fmt::format("{} {} on {} as well, and sent nothing in {:.1f} s{}",
+            fmt::format("{} {} on {} too, but sent nothing in {:.1f} s{}",
                         heard.silent_publishers == 1 ? "another program" : "other programs",
                         heard.silent_publishers == 1 ? "publishes" : "publish", heard.commands,
                         heard.listened_s, heard.silent_names.empty() ? "" : ": " + heard.silent_names),
-            "End what drives the robot by itself; a drive is refused while it sends commands."};
+            "End programs that drive the robot; a drive is refused while they send commands."};
   if (!heard.hears_commands)
-    return {"commands", DoctorLevel::Fail, "nobody subscribes to " + heard.commands + ": it would not move",
-            howto};
-  return {"commands", DoctorLevel::Ok, "nobody else drives it on " + heard.commands, ""};
+    return {"commands", DoctorLevel::Fail,
+            "no subscriber on " + heard.commands + ": the robot would not move", howto};
+  return {"commands", DoctorLevel::Ok, "no commands of other programs on " + heard.commands, ""};
 }
 
 DoctorLine battery_line(const NetworkHeard& heard) {
@@ -96,8 +95,7 @@ std::vector<DoctorLine> network_lines(const NetworkHeard& heard, const std::stri
   if (heard.behind_s) lines.push_back(clock_line(*heard.behind_s));
   if (heard.sim_pace)
     lines.push_back({"clock", DoctorLevel::Ok,
-                     fmt::format("simulated time runs {:.2f} times as fast as real time", *heard.sim_pace),
-                     ""});
+                     fmt::format("real-time factor of the simulation: {:.2f}", *heard.sim_pace), ""});
   if (heard.battery_V) lines.push_back(battery_line(heard));
   return lines;
 }
@@ -110,12 +108,12 @@ DoctorLine check_frames(const std::string& port, const LimoHeard& heard) {
   constexpr double kLeastRateHz = 20;
   if (heard.bytes == 0)
     return {"robot", DoctorLevel::Fail,
-            port + ": no byte came: is LIMO on, is this the port of its mainboard?", kHowTo};
+            port + ": no data. Is LIMO switched on? Is this the port of its mainboard?", kHowTo};
   if (heard.frames == 0)
-    return {"robot", DoctorLevel::Fail,
-            fmt::format("{}: {} bytes came, and no frame of LIMO among them", port, heard.bytes), kHowTo};
+    return {"robot", DoctorLevel::Fail, fmt::format("{}: {} bytes, but no LIMO frame", port, heard.bytes),
+            kHowTo};
   const std::string words =
-      fmt::format("{}: motion {:.0f} times a second, gyro {:.0f} times, {} of {} bytes damaged", port,
+      fmt::format("{}: motion at {:.0f} Hz, gyro at {:.0f} Hz, {} of {} bytes damaged", port,
                   heard.motion_rate_hz, heard.gyro_rate_hz, heard.skipped_bytes, heard.bytes);
   const bool slow = heard.motion_rate_hz < kLeastRateHz || heard.gyro_rate_hz < kLeastRateHz;
   const bool damaged = 100 * heard.skipped_bytes > heard.bytes;
@@ -132,29 +130,29 @@ DoctorLine check_battery(const LimoState& state) {
 
 DoctorLine check_errors(const LimoState& state) {
   std::vector<std::string> words = error_words(state.errors);
-  if (state.vehicle == LimoState::Vehicle::EmergencyStop) words.emplace_back("it is in emergency stop");
-  if (state.vehicle == LimoState::Vehicle::Exception) words.emplace_back("it reports an exception");
-  if (words.empty()) return {"errors", DoctorLevel::Ok, "LIMO reports none", ""};
+  if (state.vehicle == LimoState::Vehicle::EmergencyStop) words.emplace_back("emergency stop");
+  if (state.vehicle == LimoState::Vehicle::Exception) words.emplace_back("exception");
+  if (words.empty()) return {"errors", DoctorLevel::Ok, "LIMO reports no errors", ""};
   const bool stops = (state.errors & kLimoStoppingErrors) != 0 || state.vehicle != LimoState::Vehicle::Normal;
   return {"errors", stops ? DoctorLevel::Fail : DoctorLevel::Warn,
-          fmt::format("LIMO says: {}", fmt::join(words, "; ")),
-          stops ? "Switch LIMO off and on; it is not driven while it says so." : kHowTo};
+          fmt::format("LIMO reports: {}", fmt::join(words, "; ")),
+          stops ? "Switch LIMO off and on; a drive is refused while it reports this." : kHowTo};
 }
 
 DoctorLine check_drive(const LimoState& state) {
   return {"drive", DoctorLevel::Ok,
-          fmt::format(
-              "{}; {}", to_string(state.drive),
-              state.commanded ? "it obeys this port" : "it does not obey this port yet: a drive asks for it"),
+          fmt::format("{}; {}", to_string(state.drive),
+                      state.commanded ? "controlled by this port"
+                                      : "not controlled by this port yet; a drive requests it"),
           state.drive == LimoDrive::Ackermann ? "`robot_file=limo-ackermann`" : ""};
 }
 
-/// The lines of what was heard.
+/// The lines for the received data.
 std::vector<DoctorLine> limo_lines(const std::string& port, const LimoHeard& heard) {
   std::vector<DoctorLine> lines = {check_frames(port, heard)};
   if (heard.frames == 0) return lines;
   if (!heard.state) {
-    lines.push_back({"errors", DoctorLevel::Fail, "LIMO's state (0x211) did not come", kHowTo});
+    lines.push_back({"errors", DoctorLevel::Fail, "LIMO's state (0x211) did not arrive", kHowTo});
     return lines;
   }
   lines.push_back(check_battery(*heard.state));
@@ -176,7 +174,7 @@ namespace {
 
 constexpr const char* kMbotHowTo = "docs/howto/mbot.md";
 
-/// What comes on all channels while it listens.
+/// Receives messages on all channels.
 class MbotListener {
  public:
   Status listen(LcmLink& link, Duration most, const DoctorCancelled& cancelled) {
@@ -189,7 +187,7 @@ class MbotListener {
     }
     heard_.listened_s = to_seconds(most);
     heard_.there =
-        channels_.empty() ? "nothing was heard" : fmt::format("heard: {}", fmt::join(channels_, ", "));
+        channels_.empty() ? "nothing received" : fmt::format("received: {}", fmt::join(channels_, ", "));
     return {};
   }
   [[nodiscard]] const NetworkHeard& heard() const { return heard_; }
@@ -222,7 +220,7 @@ std::vector<DoctorLine> check_mbot(const std::string& address, const DoctorCance
   const Status status = link ? listener.listen(**link, kListenFor, cancelled) : tl::unexpected(link.error());
   if (!status) return {{"robot", DoctorLevel::Fail, status.error().message, status.error().hint}};
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kMbotHowTo);
-  if (listener.simulated()) lines.front().words += "; it is simulated";
+  if (listener.simulated()) lines.front().words += "; simulated";
   return lines;
 }
 
@@ -230,7 +228,7 @@ namespace {
 
 constexpr const char* kRos2HowTo = "docs/howto/ros2.md";
 
-/// sensor_msgs/msg/BatteryState, as far as it is read.
+/// The first fields of sensor_msgs/msg/BatteryState.
 struct BatteryBegin {
   static constexpr std::string_view kType = "sensor_msgs/msg/BatteryState";
   ros2::Header header{};
@@ -260,9 +258,9 @@ class Ros2Listener {
     while (steady_now() < until && !cancelled()) {
       const auto message = bus_.next(std::min(kDoctorSlice, until - steady_now()));
       if (!message || names_.take(*message)) continue;
-      if (message->subscription == *commands) hear_command(*message);
-      if (message->subscription == *odometry) hear_odometry(*message);
-      if (message->subscription == *battery) hear_battery(message->bytes);
+      if (message->subscription == *commands) receive_command(*message);
+      if (message->subscription == *odometry) receive_odometry(*message);
+      if (message->subscription == *battery) receive_battery(message->bytes);
     }
     heard_.listened_s = to_seconds(most);
     name_drivers();
@@ -273,17 +271,17 @@ class Ros2Listener {
     return {};
   }
   [[nodiscard]] NetworkHeard& heard() { return heard_; }
-  /// One command would move all of them.
+  /// Fails if there are several robots: one command would move all of them.
   [[nodiscard]] std::vector<DoctorLine> robot_lines() const {
     if (robots_.size() < 2) return {};
     return {{"robots", DoctorLevel::Fail,
-             fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
+             fmt::format("{} programs publish odometry on {}. Are there two robots in this domain?",
                          robots_.size(), profile_.odometry_topic),
-             "Give each a ROS_DOMAIN_ID, or a namespace and the topics of its profile."}};
+             "Use a ROS_DOMAIN_ID per robot, or a namespace and a profile with its topics."}};
   }
 
  private:
-  void hear_command(const BusMessage& message) {
+  void receive_command(const BusMessage& message) {
     ++heard_.others_commands;
     drivers_.insert(message.identity.guid);
   }
@@ -293,7 +291,7 @@ class Ros2Listener {
     heard_.silent_publishers = static_cast<int>(all.size());
     heard_.silent_names = names_.of(all, bus_);
   }
-  void hear_odometry(const BusMessage& message) {
+  void receive_odometry(const BusMessage& message) {
     const auto odometry = cdr::decode<ros2::Odometry>(message.bytes);
     if (!odometry) return;
     robots_.insert(message.identity.guid);
@@ -303,7 +301,7 @@ class Ros2Listener {
     const double behind_s = to_seconds(std::chrono::duration_cast<Duration>(now) - stamp);
     heard_.behind_s = std::min(heard_.behind_s.value_or(behind_s), behind_s);
   }
-  void hear_battery(std::span<const std::uint8_t> bytes) {
+  void receive_battery(std::span<const std::uint8_t> bytes) {
     const auto battery = cdr::decode<BatteryBegin>(bytes);
     if (!battery) return;
     heard_.battery_V = battery->voltage;
@@ -314,11 +312,11 @@ class Ros2Listener {
   const Ros2Profile& profile_;
   NetworkHeard heard_{};
   PublisherNames names_{};
-  std::set<Guid> robots_{};   ///< publishers of odometry that came
-  std::set<Guid> drivers_{};  ///< publishers of commands that came
+  std::set<Guid> robots_{};   ///< publishers of received odometry
+  std::set<Guid> drivers_{};  ///< publishers of received commands
 };
 
-/// What the profile names and a drive would not find.
+/// Errors in the robot file of the profile, which would prevent a drive.
 std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
   std::vector<DoctorLine> lines;
   const auto wrong = [&](const Error& error) {
@@ -333,7 +331,7 @@ std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
   return lines;
 }
 
-/// Who is there, and which of the profile's topics cannot be heard.
+/// The peers on the network, and topics of the profile that cannot be received.
 std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, const Ros2Profile& profile) {
   const bool alone = bus.participants().empty();
   std::vector<DoctorLine> lines = {{"peers", alone ? DoctorLevel::Fail : DoctorLevel::Ok,
@@ -343,7 +341,7 @@ std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, co
     lines.push_back({"qos", DoctorLevel::Fail, words, "docs/formats/ros2-profile.md"});
   if (lines.size() == 1 && !alone)
     lines.push_back(
-        {"qos", DoctorLevel::Ok, "no topic of the profile is offered in a way that excludes it", ""});
+        {"qos", DoctorLevel::Ok, "the qualities of service of all topics in the profile match", ""});
   if (!alone)
     for (const std::string& words : missing_publishers(profile, bus.endpoints()))
       lines.push_back({"topics", DoctorLevel::Fail, words, "waymark ros2 topic list"});
@@ -376,7 +374,7 @@ namespace {
 
 constexpr const char* kGazeboHowTo = "docs/howto/gazebo.md";
 
-/// When a message came, and its stamp.
+/// Arrival time and stamp of a message.
 struct Moment {
   Duration arrived{};
   SensorTime stamp{};

@@ -166,13 +166,13 @@ ReportFields fields(const DetectionScores& scores) {
           {"by_size_and_tilt", "For each class of by_size a list of classes by tilt", grid}};
 }
 
-Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given) {
+Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given) {
   if (Status usable = check_edges(job.edges); !usable) return usable;
   if (job.sources.empty() == job.detections.empty())
     return fail(ErrorCode::InvalidArgument,
                 "give either pictures to detect in, or `detections` with what was detected");
-  FlagRefusals refused(given);
-  refused.flags(!job.detections.empty(), {"recursive"}, kNothingDetected, "Leave it out, or give pictures.");
+  FieldRefusals refused(given);
+  refused.fields(!job.detections.empty(), {"recursive"}, kNothingDetected, "Leave it out, or give pictures.");
   return refused.status();
 }
 

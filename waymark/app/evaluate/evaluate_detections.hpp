@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "waymark/app/common/detect_all.hpp"
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/detections.hpp"
@@ -38,7 +38,7 @@ struct EvaluateDetectionsJob {
 
 /// Fails unless pictures are given or what was detected, on edges that make no sense, and on flags that have
 /// no effect.
-[[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFlags& given);
+[[nodiscard]] Status check_effects(const EvaluateDetectionsJob& job, const GivenFields& given);
 inline constexpr const char* kNothingDetected = "with `detections` nothing is detected";
 
 struct EvaluateDetectionsReport {

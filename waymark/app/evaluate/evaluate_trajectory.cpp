@@ -148,14 +148,14 @@ Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job, const
   return inputs;
 }
 
-Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference, const GivenFlags& given) {
+Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference, const GivenFields& given) {
   const bool known = reference != nullptr;
-  FlagRefusals refused(given);
-  refused.flags(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or leave it out.");
-  refused.flags(known && reference->timed.empty(), {"alignment", "time_offset_s"},
-                "of REF only the path is known, and no times", "Leave it out.");
-  refused.flags(known && !reference->timed.empty(), {"closed"},
-                "REF says when the robot was where: a loop needs no closing", "Leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(job.figures.empty(), {"map"}, "no figure is drawn", "Add `figures`, or leave it out.");
+  refused.fields(known && reference->timed.empty(), {"alignment", "time_offset_s"},
+                 "of REF only the path is known, and no times", "Leave it out.");
+  refused.fields(known && !reference->timed.empty(), {"closed"},
+                 "REF says when the robot was where: a loop needs no closing", "Leave it out.");
   return refused.status();
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/common/trajectory_files.hpp"
 #include "waymark/base/fields.hpp"
@@ -111,7 +111,7 @@ struct EvaluationInputs {
 
 /// Fails on flags that have no effect on what is compared; `reference`: once it is known.
 [[nodiscard]] Status check_effects(const EvaluateTrajectoryJob& job, const Reference* reference,
-                                   const GivenFlags& given);
+                                   const GivenFields& given);
 
 /// What makes a comparison doubtful, in words: hardly a moment in common, two drives (both recordings say how
 /// the wheels turned, and not the same), two places. Empty when there is nothing to say. Reads the odometry

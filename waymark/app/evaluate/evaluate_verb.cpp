@@ -22,7 +22,7 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
     console.say("give two files, EST REF, or the verb 'detections'. See `waymark evaluate --help`.");
     return ExitCode::Usage;
   }
-  const GivenFlags given = given_on(args.settings.app());
+  const GivenFields given = given_on(args.settings.app());
   Status usable = check_effects(job, nullptr, given);
   if (usable) usable = args.scoring.apply(job.scoring);
   if (!usable) return fail_usage(usable.error(), console);

@@ -21,7 +21,7 @@ using nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
 constexpr Duration kTextPeriod = milliseconds(200);
-constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // each is a transfer over USB
+constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // reading a control is a USB transfer
 constexpr double kSmoothing = 0.1;
 constexpr const char* kText = "camera.json";
 
@@ -87,7 +87,7 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
       return;
     }
     default:
-      return;  // a camera is no robot
+      return;  // orders for robots
   }
 }
 

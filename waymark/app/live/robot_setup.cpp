@@ -15,9 +15,9 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 22U;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 22U;
 
-/// Where a file is and what it says.
+/// Path and content of a file.
 struct Found {
   std::string path;
   std::string text;
@@ -26,12 +26,12 @@ struct Found {
 Result<Found> find(const char* folder, const std::string& name, FileUse use) {
   const auto path = find_shared(folder, name);
   if (!path) return tl::unexpected(path.error());
-  const auto text = or_wrong_kind(read_text_file(*path, kMostBytes), *path, use);
+  const auto text = or_wrong_kind(read_text_file(*path, kMaxFileBytes), *path, use);
   if (!text) return tl::unexpected(text.error());
   return Found{path->string(), *text};
 }
 
-/// The one that is named; else that of the world; else the usual one.
+/// The robot named by the user; else that of the world; else the default.
 Result<std::string> name_of_robot(const std::string& robot_file, const Found& world_file) {
   constexpr const char* kUsual = "limo";
   if (!robot_file.empty()) return robot_file;
@@ -85,12 +85,12 @@ std::string robot_file_in(const std::filesystem::path& folder) {
   return std::filesystem::exists(file, ignored) ? file.string() : std::string();
 }
 
-Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, RobotSetup& setup) {
-  FlagRefusals refused(given);
-  refused.flags(!setup.process.empty(), {"images", "threads", "faults"},
-                "only a simulated robot is asked for this", "Leave it out, or `robot=process:CMD`.");
-  refused.flags(!words.images, {"threads"}, "without pictures there is nothing to do on threads",
-                "Add `images`, or leave it out.");
+Status apply_simulation(const SimulationRequest& words, const GivenFields& given, RobotSetup& setup) {
+  FieldRefusals refused(given);
+  refused.fields(!setup.process.empty(), {"images", "threads", "faults"}, "only applies to a simulated robot",
+                 "Omit this option, or omit `robot=process:CMD`.");
+  refused.fields(!words.images, {"threads"}, "has no effect without images",
+                 "Add `images`, or omit `threads`.");
   if (!refused.status()) return refused.status();
   setup.simulated.threads = words.threads;
   if (words.faults.empty()) return {};
@@ -101,9 +101,9 @@ Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, 
   return {};
 }
 
-void refuse_seed(bool when, FlagRefusals& refused) {
-  refused.flags(when, {"seed"}, "nothing is drawn at random for a robot that is a process",
-                "Leave it out; a simulated process takes a seed of its own.");
+void refuse_seed(bool when, FieldRefusals& refused) {
+  refused.fields(when, {"seed"}, "has no effect on a robot process",
+                 "Omit `seed`; a simulated robot process has its own seed.");
 }
 
 Result<RobotCommand> own_program(std::vector<std::string> words) {

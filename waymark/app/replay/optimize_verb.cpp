@@ -14,7 +14,7 @@ struct OptimizeArgs {
     add_fields(app, job);
     add_option(app, "--weights FILE", weights_file,
                "Options of the optimisation: a .yaml file with the keys below");
-    app.add_flag("--json", json, "One JSON object instead of a table");
+    app.add_flag("--json", json, "Print one JSON object instead of a table");
   }
 
   Settings settings;
@@ -42,9 +42,9 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
   job.options = *options;
   const auto report = optimize_route_of(job);
   if (!report) return fail_with(report.error(), console);
-  if (!report->set_aside.empty())
-    console.say(fmt::format("what stood there before has a number in its name now: {}",
-                            fmt::join(report->set_aside, ", ")));
+  if (!report->backups.empty())
+    console.say(
+        fmt::format("the previous files were renamed with a number: {}", fmt::join(report->backups, ", ")));
   console.print(args.json ? json_line(fields(*report)) : to_text(job, *report));
   return ExitCode::Ok;
 }
@@ -56,10 +56,10 @@ Verb optimize_verb() {
       .name = "optimize",
       .sentence = "Make a faster or smoother route beside a taught one",
       .help =
-          R"(Moves the route sideways within a corridor and weighs lap time, smoothness, distance from tags and tags in
-view. No place comes nearer to a tag than the taught route does anywhere, and two tags are in view for as much
-of the way: where that cannot be had, the taught route is kept. Writes route-NAME.yaml and a picture
-(route-NAME.svg) into the folder. The taught route remains what `waymark replay` drives unless asked.
+          R"(Moves the route sideways within a corridor to optimise a weighted sum of lap time, smoothness, distance from
+tags, and tags in view. The smallest distance to a tag and the share of the route with two tags in view are at
+least those of the taught route; if no such route is found, the taught route is kept. Writes route-NAME.yaml and
+a figure (route-NAME.svg) into the folder. `waymark replay` drives the taught route unless --route names another.
 
 Exit code: 0 a route was written, 1 a file was unusable, 2 wrong usage.
 

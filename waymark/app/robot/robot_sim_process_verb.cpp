@@ -16,8 +16,8 @@ struct ProcessSimArgs {
 
 ExitCode run_process(const ProcessSimArgs& args, Console& console) {
   Refusals refused(args.verb);
-  refused.flags(!args.options.lockstep, {"pace"}, "without lockstep the robot goes by the clock",
-                "Add `lockstep`, or leave it out.");
+  refused.fields(!args.options.lockstep, {"pace"}, "without lockstep the robot goes by the clock",
+                 "Add `lockstep`, or leave it out.");
   if (!refused.status()) return fail_usage(refused.status().error(), console);
   return args.flags.run(SimWire(args.options), console);
 }

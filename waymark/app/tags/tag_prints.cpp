@@ -94,18 +94,18 @@ Status check_board_style(const std::string& style) {
               {.key = "style"}, suggestion(style, styles));
 }
 
-Status check_effects(const BoardDescription& board, const GivenFlags& given) {
+Status check_effects(const BoardDescription& board, const GivenFields& given) {
   if (const Status known = check_board_style(board.style); !known) return known;
   const bool squares = board.of_squares();
   const char* hint = squares ? "Leave it out, or choose `style=separate` or aprilgrid."
                              : "Leave it out, or choose `style=chessboard` or charuco.";
   const std::string why = fmt::format("this has no effect on the style {}", board.style);
-  FlagRefusals refused(given);
-  refused.flags(!squares, {"square_size_m", "marker_size_m", "dictionary", "legacy_pattern", "tiled"}, why,
-                hint);
-  refused.flags(squares, {"tag_size_m", "spacing", "family", "kalibr_yaml"}, why, hint);
-  refused.flags(board.style == "chessboard", {"marker_size_m", "dictionary", "legacy_pattern", "first_id"},
-                why, "Leave it out.");
+  FieldRefusals refused(given);
+  refused.fields(!squares, {"square_size_m", "marker_size_m", "dictionary", "legacy_pattern", "tiled"}, why,
+                 hint);
+  refused.fields(squares, {"tag_size_m", "spacing", "family", "kalibr_yaml"}, why, hint);
+  refused.fields(board.style == "chessboard", {"marker_size_m", "dictionary", "legacy_pattern", "first_id"},
+                 why, "Leave it out.");
   return refused.status();
 }
 

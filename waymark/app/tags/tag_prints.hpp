@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
@@ -130,7 +130,7 @@ struct BoardDescription {
 /// Fails on a style that is neither one of tags (plot::BoardStyle) nor of squares (BoardKind).
 [[nodiscard]] Status check_board_style(const std::string& style);
 /// The same, and on flags that have no effect on the style.
-[[nodiscard]] Status check_effects(const BoardDescription& board, const GivenFlags& given);
+[[nodiscard]] Status check_effects(const BoardDescription& board, const GivenFields& given);
 
 /// A board of tags on its page, and what Kalibr reads of it.
 struct PlannedBoard {
