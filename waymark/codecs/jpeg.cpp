@@ -18,8 +18,8 @@
 namespace waymark::codecs {
 namespace {
 
-constexpr int kMaxScans =
-    200;  // progressive files usually have about ten; each requires a pass over the image
+// Progressive files usually have about ten; each requires a pass over the image.
+constexpr int kMaxScans = 200;
 
 /// Warnings after which libjpeg makes up pixel values. Other warnings (stray bytes between segments, unknown
 /// versions) are harmless and common in webcam streams.

@@ -120,8 +120,7 @@ TEST(SO3, FromMatrixIsTheNearestRotation) {
     const Eigen::JacobiSVD<Matrix3d> svd(noisy, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
     const Matrix3d nearest = svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-    const double gap =
-        svd.singularValues()[1] + sign * svd.singularValues()[2];  // conditioning of the nearest rotation
+    const double gap = svd.singularValues()[1] + sign * svd.singularValues()[2];  // conditioning
     EXPECT_THAT(SO3::from_matrix(noisy).matrix(), MatrixNear(nearest, 1e-14 / gap));
   }
 }

@@ -86,8 +86,8 @@ TYPED_TEST(Uncertainty, BetweenAgainstMonteCarlo) {
 
 TYPED_TEST(Uncertainty, BetweenOfAChainNeedsTheCrossCovariance) {
   const auto a_X_b = this->uncertain(), b_X_c = this->uncertain();
-  const auto a_X_c =
-      compose(a_X_b, b_X_c);  // its error contains that of a_X_b: E[xi_ab xi_ac^T] = cov(xi_ab)
+  // The error of a_X_c contains that of a_X_b: E[xi_ab xi_ac^T] = cov(xi_ab).
+  const auto a_X_c = compose(a_X_b, b_X_c);
   const auto back = between(a_X_b, a_X_c, a_X_b.covariance);
   EXPECT_THAT(back.mean, testing::GroupNear(b_X_c.mean, 1e-13));
   EXPECT_THAT(back.covariance, MatrixNear(b_X_c.covariance, 1e-14));

@@ -25,19 +25,19 @@ class VideoNames : public ::testing::Test {
   fs::path folder_ = fs::temp_directory_path() / ("waymark-video-names-" + std::to_string(getpid()));
 };
 
-TEST_F(VideoNames, AVideoIsRecognisedByItsFirstBytesWhateverItsName) {
+TEST_F(VideoNames, AVideoIsRecognisedByItsFirstBytesNotItsName) {
   EXPECT_TRUE(looks_like_video(file("a",
                                     "\0\0\0\x18"
                                     "ftypmp42"sv)));
   EXPECT_TRUE(looks_like_video(file("b.bin", "\x1A\x45\xDF\xA3 matroska"sv)));
   EXPECT_TRUE(looks_like_video(file("c", "RIFF\0\0\0\0AVI LIST"sv)));
-  EXPECT_FALSE(looks_like_video(file("d", "RIFF\0\0\0\0WEBPVP8 "sv))) << "a picture in the same container";
+  EXPECT_FALSE(looks_like_video(file("d", "RIFF\0\0\0\0WEBPVP8 "sv))) << "an image in the same container";
   EXPECT_FALSE(looks_like_video(file("e.heic",
                                      "\0\0\0\x18"
                                      "ftypheic"sv)));
 }
 
-TEST_F(VideoNames, AFileWithTheNameOfAVideoIsOneForItsReaderToRefuse) {
+TEST_F(VideoNames, AFileWithTheNameOfAVideoIsLeftToTheReader) {
   for (const char* name : {"empty.mp4", "cut.mkv", "torn.avi", "none.webm"}) {
     EXPECT_TRUE(looks_like_video(file(name, ""))) << name;
     EXPECT_TRUE(looks_like_video(file(name, "no video at all"))) << name;
