@@ -30,11 +30,11 @@ Result<Image> decode(const Input& input, const DecodeOptions& options) {
 }
 
 tl::unexpected<Error> out_of_memory(Place place) {
-  return fail(ErrorCode::LimitExceeded, "not enough memory for this picture", std::move(place),
-              "Make it smaller.");
+  return fail(ErrorCode::LimitExceeded, "not enough memory for this image", std::move(place),
+              "Reduce its size.");
 }
 
-/// No exception leaves the room: what runs out of memory becomes an Error.
+/// Exceptions do not leave the room: exhausted memory becomes an Error.
 template <class Work>
 auto without_exceptions(const Place& place, Work work) -> decltype(work()) {
   try {
@@ -51,10 +51,10 @@ Pixels pixels_of(const ColorImage& image) {
   return {image.empty() ? nullptr : image.row_bytes(0), image.width(), image.height(), 3, 3 * image.width()};
 }
 
-/// Encodes what is not empty.
+/// Encodes an image that is not empty.
 template <class Picture, class Encode>
 Bytes encode(const Picture& image, Encode encode_pixels) {
-  if (image.empty()) return fail(ErrorCode::InvalidArgument, "an empty picture cannot be encoded");
+  if (image.empty()) return fail(ErrorCode::InvalidArgument, "an empty image cannot be encoded");
   return without_exceptions({}, [&]() -> Bytes { return encode_pixels(pixels_of(image)); });
 }
 

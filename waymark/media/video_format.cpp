@@ -17,7 +17,7 @@ bool ends_as(std::string_view path, const std::array<std::string_view, N>& suffi
   return std::ranges::find(suffixes, suffix) != suffixes.end();
 }
 
-/// Packets of a transport stream begin with 0x47, one each 188 bytes.
+/// Packets of a transport stream are 188 bytes long and begin with 0x47.
 bool is_transport_stream(std::string_view head) {
   constexpr std::size_t kPacket = 188;
   return head.size() > 2 * kPacket && head[0] == 0x47 && head[kPacket] == 0x47 && head[2 * kPacket] == 0x47;
@@ -30,7 +30,7 @@ bool begins_as_video(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kBoxName = 4;
   const std::string_view box = head.size() >= 8 ? head.substr(kBoxName, 4) : ""sv;
   constexpr std::array kBoxes = {"ftyp"sv, "moov"sv, "mdat"sv, "wide"sv, "skip"sv};
-  constexpr std::array kPictures = {"heic"sv, "heix"sv, "mif1"sv, "avif"sv};  // in the same container
+  constexpr std::array kPictures = {"heic"sv, "heix"sv, "mif1"sv, "avif"sv};  // images in the same container
   if (box == "ftyp"sv && head.size() >= 12 &&
       std::ranges::find(kPictures, head.substr(8, 4)) != kPictures.end())
     return false;

@@ -60,7 +60,7 @@ TEST_P(BitGridOf, CornersThatAreRightStayAsTheyAre) {
   for (int round = 0; round < 20; ++round) {
     const Scene scene(GetParam(), round, random);
     TagDetection tag{.tag = scene.tag, .corners_px = scene.truth};
-    ASSERT_TRUE(grid.settle(scene.image, scene.family, false, tag)) << round;
+    ASSERT_TRUE(grid.align_corners(scene.image, scene.family, false, tag)) << round;
     EXPECT_EQ(tag.corners_px, scene.truth) << round;
   }
 }
@@ -76,7 +76,7 @@ TEST_P(BitGridOf, ASideOfTheQuadThatTheBitsContradictIsMovedToWhereTheySayItIs) 
         .tag = scene.tag,
         .corners_px = corners_of(with_side_moved(quad_of(scene.truth), side, off, scene.family.width))};
     ASSERT_GT(max_corner_error_px(tag.corners_px, scene.truth), 3);
-    ASSERT_TRUE(grid.settle(scene.image, scene.family, false, tag)) << round;
+    ASSERT_TRUE(grid.align_corners(scene.image, scene.family, false, tag)) << round;
     EXPECT_LT(max_corner_error_px(tag.corners_px, scene.truth), 0.75) << round << ", side " << side;
   }
 }

@@ -112,7 +112,7 @@ TEST(ShadowEdge, LevelsAreThoseInTheLightOnBothSidesOfIt) {
     for (int y = 0; y < kWidth; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const std::size_t at = static_cast<std::size_t>((y + 1) * kSide + x + 1);
-        const float level = edge->in_the_light(tag.seen[at], x, y);
+        const float level = edge->level_if_lit(tag.seen[at], x, y);
         const bool white = level > 0.5F * (edge->border[1] + edge->around[1]);
         ++cells;
         undecided += white != (tag.lit[at] == kWhite) ? 1 : 0;
