@@ -10,7 +10,7 @@
 namespace waymark {
 namespace {
 
-constexpr double kGyroGone = 0.25;    // [s] without a reading: the wheels must do
+constexpr double kGyroGone = 0.25;    // [s] without a reading, after which the wheels are used
 constexpr double kStandsAfter = 0.3;  // [s]
 
 }  // namespace
@@ -21,7 +21,7 @@ MotionStep MotionSegment::part(SensorTime begin, SensorTime end) const {
   MotionStep piece = step;
   piece.twist *= share;
   piece.dt_s *= share;
-  piece.yaw_dispute_rad *= std::sqrt(share);  // its square is a variance
+  piece.yaw_dispute_rad *= std::sqrt(share);  // the square is a variance
   piece.extra_m2 *= share;
   piece.extra_rad2 *= share;
   piece.share = share;
@@ -78,8 +78,8 @@ std::optional<double> MotionInput::gyro_angle(SensorTime stamp) const {
   return std::nullopt;
 }
 
-/// How far gyro and wheels are apart in turning over the last moments: their stamps differ a little, so that
-/// single steps always disagree, and wheels are wrong by a seventh every day.
+/// Difference of the turns by gyro and by wheels over the last moments. Their stamps differ slightly, so
+/// single steps always disagree; wheel turns are routinely wrong by a seventh.
 double MotionInput::dispute(double wheel_turn_rad, const MotionStep& step) {
   constexpr double kMoment = 0.3;  // [s]
   const double kept = std::exp(-step.dt_s / kMoment);
@@ -91,8 +91,8 @@ double MotionInput::dispute(double wheel_turn_rad, const MotionStep& step) {
   return std::max(0.0, apart - kNoise) * std::sqrt(kMoment * step.dt_s);
 }
 
-/// No way at all, or the very same slow way again and again: a speed whose zero is off. Noise that repeats to
-/// the last digit measures no motion.
+/// Whether the robot is at standstill: no motion at all, or exactly the same slow motion repeatedly, which is
+/// a velocity offset. A reading that repeats to the last digit does not measure motion.
 bool MotionInput::stands_still(const MotionStep& step, double wheel_turn_rad) const {
   constexpr double kStill = 1e-7;
   constexpr double kCreeping = 0.03;  // [m/s]
@@ -126,9 +126,10 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   return step;
 }
 
-/// A counter that was set back, or another drive: faster than anything that is taught a route.
+/// Whether odometry jumped: a counter reset or another drive. The limits exceed the speed of any robot that
+/// is taught a route.
 bool MotionInput::impossible(const MotionStep& step) {
-  constexpr double kGap = 5;  // [s] in which anything can happen to a robot that says nothing
+  constexpr double kGap = 5;  // [s] of silence, after which the motion is unknown
   return faster_than_any_robot(step.twist.head<2>().norm(), step.twist.z(), step.dt_s) || step.dt_s > kGap;
 }
 
@@ -156,7 +157,7 @@ std::optional<MotionSegment> MotionInput::add(const Odometry& odometry) {
 }
 
 MotionSegment MotionInput::guess(SensorTime from, SensorTime to) const {
-  constexpr double kSpeed = 0.3;  // [m/s] by which a robot may have changed its mind
+  constexpr double kSpeed = 0.3;  // [m/s] by which the speed may have changed meanwhile
   constexpr double kTurn = 0.5;   // [rad/s]
   const double dt_s = to_seconds(to - from);
   MotionStep step{
