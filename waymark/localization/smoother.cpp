@@ -22,7 +22,7 @@ struct Smoothed {
 Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
   // A state without variance (a slow state that is switched off) must not make the inverse overflow.
   const StateMatrix P = next.predicted_P + StateMatrix::Identity() * 1e-15;
-  const StateMatrix common = next.transition * k.filtered_P + next.motion_in_common;
+  const StateMatrix common = next.transition * k.filtered_P + next.motion_cross_covariance;
   const StateMatrix G = P.ldlt().solve(common).transpose();
   StateVector apart;
   apart << minus(after.map_T_base, next.predicted), after.slow - next.predicted_slow;

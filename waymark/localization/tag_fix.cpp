@@ -12,7 +12,7 @@ namespace waymark {
 namespace {
 
 /// Degrees of freedom of Student's t for the residuals of a tag: fewer mean heavier tails.
-constexpr double kFreedom = 4;
+constexpr double kStudentFreedom = 4;
 /// Standard deviation of roll and pitch on the springs while the robot brakes, is held, or drives over an
 /// obstacle.
 constexpr double kTilt_rad = 0.02;
@@ -40,7 +40,7 @@ void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& opti
   const Eigen::Matrix<double, 8, 1> r = L.solve(z.residual);
   const Eigen::Matrix<double, 8, 3> J = L.solve(z.H_pose);
   const double chi2 = z.residual.dot(r);
-  const double weight = std::min(1.0, (kFreedom + z.rows) / (kFreedom + chi2));
+  const double weight = std::min(1.0, (kStudentFreedom + z.rows) / (kStudentFreedom + chi2));
   sum.H += weight * z.H_pose.transpose().lazyProduct(J);
   sum.g += weight * z.H_pose.transpose().lazyProduct(r);
   ++sum.tags;

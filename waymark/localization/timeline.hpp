@@ -46,8 +46,8 @@ class MotionInput {
     double rate_rad_s = 0;
   };
   [[nodiscard]] std::optional<double> gyro_angle(SensorTime stamp) const;
-  [[nodiscard]] bool stands_still(const MotionStep& step, double wheel_turn_rad) const;
-  [[nodiscard]] double dispute(double wheel_turn_rad, const MotionStep& step);
+  [[nodiscard]] bool is_standstill(const MotionStep& step, double wheel_turn_rad) const;
+  [[nodiscard]] double disagreement(double wheel_turn_rad, const MotionStep& step);
   [[nodiscard]] static bool impossible(const MotionStep& step);
   [[nodiscard]] MotionStep step_of(const Odometry& a, const Odometry& b);
 
@@ -62,7 +62,7 @@ class MotionInput {
   std::optional<Odometry> last_{};
   std::array<Turned, kKept> turned_{};
   std::size_t turned_count_ = 0;  ///< total count
-  double standing_s_ = 0;
+  double standstill_s_ = 0;
   double gyro_rate_ = 0;  ///< gyro_rate_ and wheel_rate_: smoothed [rad/s]
   double wheel_rate_ = 0;
   int not_forwards_ = 0;

@@ -252,9 +252,9 @@ void Tracker::advance(const MotionStep& measured, SensorTime to) {
   state_.stamp = to;
   if (state_.wheels_stuck || state_.halt.suspected())
     step.jumped = false;  // moving encoders: their step is a gap
-  if (!trusts_standstill_) step = state_.halt.advance(step);
-  state_.no_way = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
-  state_.wheels_stuck = state_.wheels_stuck && state_.no_way;
+  if (!trust_standstill_) step = state_.halt.advance(step);
+  state_.no_translation = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
+  state_.wheels_stuck = state_.wheels_stuck && state_.no_translation;
   if (state_.wheels_stuck) {  // random walk of 2 cm between images
     constexpr double kWalk_m2_s = 6e-3;
     constexpr double kWalk_rad2_s = 1e-3;
@@ -275,8 +275,8 @@ void Tracker::advance(const MotionStep& measured, SensorTime to) {
                                    {drift + step.extra_m2, drift + step.extra_m2, drift + step.extra_rad2});
   if (state_.mode == TrackMode::Lost) return;
   if (step.standing && step.twist.z() != 0)
-    filter_.observe_standing(step.twist.z() / step.dt_s,
-                             std::max(1e-4, options_.motion.yaw_rad_sqrt_s) / std::sqrt(step.dt_s));
+    filter_.observe_zero_velocity(step.twist.z() / step.dt_s,
+                                  std::max(1e-4, options_.motion.yaw_rad_sqrt_s) / std::sqrt(step.dt_s));
   filter_.propagate(step);
   if (tracing_) keep_step(to);
 }
@@ -298,10 +298,10 @@ void Tracker::keep_step(SensorTime to) {
     trace_.erase(trace_.begin(), std::max(young, half));
   }
   TraceStep kept{.stamp = to, .chain = state_.starts, .transition = filter_.last_transition()};
-  kept.motion_in_common = filter_.last_motion_in_common();
+  kept.motion_cross_covariance = filter_.last_motion_cross_covariance();
   kept.predicted = filter_.state().map_T_base;
   kept.predicted_slow = filter_.state().slow;
-  kept.predicted_P = filter_.covariance_but_for_lasting();
+  kept.predicted_P = filter_.conditional_covariance();
   trace_.push_back(kept);
   keep_filtered();
 }
@@ -312,7 +312,7 @@ void Tracker::keep_filtered() {
   kept.certain = state_.mode == TrackMode::Certain;
   kept.filtered = filter_.state().map_T_base;
   kept.filtered_slow = filter_.state().slow;
-  kept.filtered_P = filter_.covariance_but_for_lasting();
+  kept.filtered_P = filter_.conditional_covariance();
   kept.lasting_P = (filter_.state().P - kept.filtered_P).topLeftCorner<3, 3>();
 }
 
@@ -419,9 +419,9 @@ void Tracker::update(const Verdict& verdict) {
       const SE2 next = filter_.corrected(correction);
       const Eigen::Vector3d moved = minus(next, at);
       at = next;
-      constexpr double kBends = 0.002;  // [m, rad]
+      constexpr double kLinearRange = 0.002;  // [m, rad]
       const double size = std::max((next.translation() - prior.translation()).norm(), std::abs(moved.z()));
-      if (size < kBends || (iteration > 0 && moved.norm() < 1e-6)) break;
+      if (size < kLinearRange || (iteration > 0 && moved.norm() < 1e-6)) break;
     }
     filter_.correct(batch_, count, correction);
   }
@@ -448,7 +448,7 @@ void Tracker::detect_stuck_wheels(const FrameObservations& frame, double since_s
   constexpr double kFastest_m_s = 0.5;
   constexpr double kFastest_rad_s = 0.5;
   constexpr double kMoment_s = 0.3;
-  if (trusts_standstill_ || !state_.no_way || state_.wheels_stuck || state_.given ||
+  if (trust_standstill_ || !state_.no_translation || state_.wheels_stuck || state_.given ||
       state_.mode != TrackMode::Certain)
     return;
   if (!(since_s > 0 && since_s < kMoment_s) || !all_fit(frame, true)) return;

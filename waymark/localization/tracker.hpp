@@ -80,8 +80,8 @@ struct TrackState {
   std::array<int, 2> agreeing{};  ///< landmarks that agreed since
   int agreeing_distinct = 0;
   int starts = 0;
-  bool no_way = false;        ///< the newest step of odometry contains no translation
-  bool wheels_stuck = false;  ///< odometry reports no motion, but tags show that the robot moves
+  bool no_translation = false;  ///< the newest step of odometry contains no translation
+  bool wheels_stuck = false;    ///< odometry reports no motion, but tags show that the robot moves
   SuddenHalt halt{};
   PoseHypotheses pose_hypotheses;
 };
@@ -92,7 +92,7 @@ struct TraceStep {
   int chain = 0;  ///< a new start begins a new chain
   bool certain = false;
   StateMatrix transition = StateMatrix::Identity();
-  StateMatrix motion_in_common = StateMatrix::Zero();  ///< Riekf::last_motion_in_common()
+  StateMatrix motion_cross_covariance = StateMatrix::Zero();  ///< Riekf::last_motion_cross_covariance()
   SE2 predicted{};  ///< covariances are conditional on the considered errors
   SlowVector predicted_slow = SlowVector::Zero();
   StateMatrix predicted_P = StateMatrix::Zero();
@@ -152,7 +152,7 @@ class Tracker {
   }
   /// Accepts standstill reported by odometry even if tags contradict it, for a caller that detects motion by
   /// other means.
-  void trust_standstill() { trusts_standstill_ = true; }
+  void trust_standstill() { trust_standstill_ = true; }
   /// Discards the evidence about systematic errors, after one of the suspected parameters changed.
   void forget_systematic();
   [[nodiscard]] bool sees_corners() const { return sees_corners_; }
@@ -198,7 +198,7 @@ class Tracker {
       accepted_linearised_{};  ///< accepted observations, linearised at the estimate at which they were gated
   std::vector<NisRecord> comparisons_;
   RiekfState before_detection_{};
-  bool trusts_standstill_ = false;
+  bool trust_standstill_ = false;
   bool tracing_ = false;
   std::optional<Duration> trace_kept_{};  ///< none: the whole run
   std::vector<TraceStep> trace_;
