@@ -95,7 +95,7 @@ TEST(MapOfAPlace, AnAnchorMayHangCrooked) {
       EXPECT_LT(shape.rmse_m, 0.03);
       EXPECT_LT((anchor.translation() - setup.map_T_anchor.translation()).norm(), 1e-5);
       const bool said = std::ranges::any_of(mapped->warnings, [](const std::string& words) {
-        return words.find("leans by") != std::string::npos;
+        return words.find("tilted by") != std::string::npos;
       });
       EXPECT_EQ(said, lean_deg > 1) << "by a degree it may";
     }

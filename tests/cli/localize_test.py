@@ -70,7 +70,7 @@ class OurRecordings(InFolder):
 """)
         outcome = self.run_here("localize", "lap.mcap", "--map", "clash.yaml", "--robot", "limo")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("contradicts itself", outcome.err)
+        self.assertIn("the map is inconsistent", outcome.err)
         points = self.folder / "points.csv"
         points.write_text("id,x,y\n1,2,3\n")
         self.assertIn("poses of tags", self.run_here("localize", "lap.mcap", "--map", "points.csv").err)
