@@ -104,7 +104,7 @@ class Session(InFolder):
         process.wait(60)
         err = words.rest()
         self.assertEqual(process.returncode, 0, err)
-        self.assertIn("the robot stands already", err)
+        self.assertIn("already stopped", err)
         self.assertIn("'drvie 0.3 0'", err)
         report = json.loads(out)
         self.assertEqual((report["laps_taught"], report["state"]), (0, "over"))

@@ -7,12 +7,12 @@
 #include "waymark/base/random.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
 
-/// A robot with a laser that drives in circles among eight numbered points, and the filter that receives it.
+/// A robot with a laser that drives in circles among eight numbered points, and the filter that it feeds.
 namespace waymark::test {
 
 inline SensorTime laser_time(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// Eight points around, not evenly.
+/// Eight points on an irregular ring.
 inline std::vector<LandmarkPoint> laser_points() {
   std::vector<LandmarkPoint> all;
   for (int i = 0; i < 8; ++i) {
@@ -22,14 +22,14 @@ inline std::vector<LandmarkPoint> laser_points() {
   return all;
 }
 
-/// It drives in circles.
+/// A simulated robot that drives in circles and measures ranges and bearings.
 struct LaserRobot {
   SE2 truth{0, -1, 0};
   SE2 odom{};
   double seconds = 10;
   double laser_x_m = 0;
   Random random{3};
-  std::size_t in_view = 8;  ///< points
+  std::size_t in_view = 8;  ///< points 1 to in_view are observed
 
   void drive(RiekfLocalizer& filter, double duration_s, bool sees = true) {
     for (int i = 0; i < std::lround(duration_s * 50); ++i) {
@@ -62,10 +62,11 @@ inline double off_m(const RiekfLocalizer& filter, const LaserRobot& robot) {
   return (filter.estimate()->map_T_base.translation() - robot.truth.translation()).norm();
 }
 
-inline bool says(const RiekfLocalizer& filter, const std::string& words) {
-  for (const std::string& problem : filter.problems())
-    if (problem.find(words) != std::string::npos) return true;
-  return false;
+/// The findings of the filter, one per line.
+inline std::string findings(const RiekfLocalizer& filter) {
+  std::string lines;
+  for (const std::string& problem : filter.problems()) lines += problem + "\n";
+  return lines;
 }
 
 }  // namespace waymark::test

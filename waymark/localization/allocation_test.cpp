@@ -1,4 +1,5 @@
-// After the start the filter asks nobody for memory: counted where every allocation passes, in malloc itself.
+// After initialisation the filter allocates no memory. malloc itself counts, because every allocation passes
+// through it.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/visibility.hpp"
 
-// NOLINTBEGIN(bugprone-reserved-identifier, cert-dcl37-c, cert-dcl51-cpp): glibc's own name behind malloc
+// NOLINTBEGIN(bugprone-reserved-identifier, cert-dcl37-c, cert-dcl51-cpp): glibc's allocator behind malloc
 extern "C" void* __libc_malloc(std::size_t size);
 namespace {
 bool counting = false;
@@ -38,7 +39,7 @@ struct KnownPlace {
   TagFrame frame{};
 
   KnownPlace() {
-    for (int i = 0; i < 9; ++i) {  // more than one update takes
+    for (int i = 0; i < 9; ++i) {  // more than fit in one update
       const MappedTag tag{.map_T_tag = SE3(body_R_optical(), {2.5, -0.8 + 0.2 * i, 0.3}), .size_m = 0.12};
       map.tags[{.number = i}] = tag;
       const auto corners =
@@ -48,7 +49,7 @@ struct KnownPlace {
   }
 };
 
-/// Runs past the start of `method`, and counts what it asks for while it runs on.
+/// Runs until the filter is initialised, and expects that it allocates nothing while it runs on.
 void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, KnownPlace place) {
   ASSERT_EQ(place.frame.detections.size(), 9U);
   TagFrame& frame = place.frame;
@@ -56,13 +57,13 @@ void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, Known
     for (int i = from; i < to; ++i) {
       method.add(ImuSample{.stamp = at(10 + 0.02 * i)});
       method.add(Odometry{.stamp = at(10 + 0.02 * i)});
-      frame.stamp = at(10 + 0.02 * i - (i % 3 == 0 ? 0.3 : 0.005));  // late ones too
+      frame.stamp = at(10 + 0.02 * i - (i % 3 == 0 ? 0.3 : 0.005));  // some frames are late
       method.add(frame);
       method.clear_comparisons();
       static_cast<void>(method.estimate());
     }
   };
-  run(0, 10);  // from nothing to a place
+  run(0, 10);  // from scratch to certain
   ASSERT_TRUE(filter.estimate() && filter.estimate()->certain);
   allocations = 0;
   counting = true;
@@ -72,13 +73,13 @@ void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, Known
   EXPECT_GT(filter.rewinds(), 20);
 }
 
-TEST(AllocationOfTheFilter, NoneWhileItRuns) {
+TEST(AllocationOfTheFilter, TheFilterAllocatesNothingWhileItRuns) {
   const KnownPlace place;
   RiekfLocalizer filter(Landmarks(place.map), place.sensor);
   expect_none(filter, filter, place);
 }
 
-TEST(AllocationOfTheFilter, NorOfTheSmootherWithALag) {
+TEST(AllocationOfTheFilter, TheFixedLagSmootherAllocatesNothingWhileItRuns) {
   const KnownPlace place;
   RiekfOptions options;
   options.lag_s = 0.4;
@@ -87,9 +88,9 @@ TEST(AllocationOfTheFilter, NorOfTheSmootherWithALag) {
   ASSERT_TRUE(smoother.estimate());
 }
 
-TEST(AllocationOfTheFilter, TheCounterCounts) {
+TEST(AllocationOfTheFilter, TheCounterCountsAnAllocation) {
   allocations = 0;
-  void* volatile something = std::malloc(1);  // the counter counts
+  void* volatile something = std::malloc(1);
   std::free(something);
   counting = true;
   something = std::malloc(1);

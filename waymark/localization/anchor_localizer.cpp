@@ -17,14 +17,13 @@ namespace waymark {
 namespace {
 
 constexpr Duration kOdometryKept = std::chrono::seconds(1);
-constexpr double kGate =
-    22.5;  // 0.999 quantile of chi-square: 2 of the corners, 1 (of 3) of the floor, 3 of the plane
+constexpr double kGate = 22.5;  // 0.999 quantile of chi-square: 2 (corners) + 1 of 3 (floor) + 3 (plane)
 
-/// Where the base is by one pose of one tag: equation 3.1 in the plane.
+/// Pose of the base from one pose of one tag: equation 3.1 in the plane.
 FloorFit base_on_floor(const MappedTag& tag, const TagPoseSolution& solution, const SE3& base_T_cam,
                        const AnchorOptions& options) {
-  constexpr double kAnyHeight = 10;  // the map need not have its origin on the floor
-  // The tag's place in the plane, with the axes of the map; what is left is its shape.
+  constexpr double kAnyHeight = 10;  // the origin of the map need not be on the floor
+  // The position of the tag in the plane, with the axes of the map; the remaining motion is its shape.
   const SE2 map_X_tag(tag.map_T_tag.translation().x(), tag.map_T_tag.translation().y(), 0);
   const SE3 shape = lift(map_X_tag).inverse() * tag.map_T_tag;
   const Covariance<SE3> Ad = base_T_cam.adjoint();
@@ -107,20 +106,20 @@ std::vector<internal::Vote<SE2>> AnchorLocalizer::votes_of(const std::vector<Obs
   return votes;
 }
 
-/// Where the robot is, from nothing: what the tags of several frames agree on, moved together by odometry.
-void AnchorLocalizer::look_about(const std::vector<Observation>& seen, const SE2& odom_T_base) {
+/// Initialises the pose from scratch: votes of the tags of several frames, related by odometry.
+void AnchorLocalizer::initialise(const std::vector<Observation>& seen, const SE2& odom_T_base) {
   const bool nothing_certain =
       seen.empty() || (seen.size() == 1 && seen[0].ambiguity_ratio > options_.max_ambiguity);
   if (nothing_certain) return;
-  looked_.push_back(votes_of(seen, odom_T_base.inverse()));
+  recent_votes_.push_back(votes_of(seen, odom_T_base.inverse()));
   const auto frames = static_cast<std::size_t>(options_.frames_to_start);
-  while (looked_.size() > frames) looked_.pop_front();
-  if (looked_.size() < frames) return;
+  while (recent_votes_.size() > frames) recent_votes_.pop_front();
+  if (recent_votes_.size() < frames) return;
   std::vector<internal::Vote<SE2>> all;
-  for (const auto& votes : looked_) all.insert(all.end(), votes.begin(), votes.end());
+  for (const auto& votes : recent_votes_) all.insert(all.end(), votes.begin(), votes.end());
   const auto map_X_odom = internal::agree(all, kGate);
   if (!map_X_odom || 2 * map_X_odom->votes < static_cast<int>(all.size())) return;
-  // The errors of the map are the same in all frames: as certain as one frame, not more.
+  // Map errors are the same in all frames: the result is as certain as one frame.
   const Eigen::Matrix3d covariance = map_X_odom->value.covariance * static_cast<double>(frames);
   anchor({map_X_odom->value.mean * odom_T_base, covariance}, odom_T_base);
 }
@@ -128,7 +127,7 @@ void AnchorLocalizer::look_about(const std::vector<Observation>& seen, const SE2
 void AnchorLocalizer::anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T_base) {
   ++fixes_;
   contradictions_ = 0;
-  looked_.clear();
+  recent_votes_.clear();
   map_T_odom_ = map_X_base.mean * odom_T_base.inverse();
   fix_covariance_ = coordinate_covariance(map_X_base);
   driven_since_fix_m_ = 0;
@@ -136,7 +135,7 @@ void AnchorLocalizer::anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T
 
 std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
   if (odometry_.empty()) return std::nullopt;
-  if (stamp >= odometry_.back().stamp) {  // carry on at the newest speed
+  if (stamp >= odometry_.back().stamp) {  // extrapolate with the newest velocity
     const Odometry& newest = odometry_.back();
     const double dt_s = to_seconds(stamp - newest.stamp);
     return newest.odom_T_base * SE2::exp({newest.speed_m_s * dt_s, 0, newest.yaw_rate_rad_s * dt_s});
@@ -149,7 +148,7 @@ std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
       return interpolate(a.odom_T_base, b.odom_T_base, u);
     }
   }
-  return std::nullopt;  // older than what is kept
+  return std::nullopt;  // older than the stored odometry
 }
 
 bool AnchorLocalizer::accepted(const Fix& fix, const SE2& map_X_predicted) const {
@@ -159,8 +158,8 @@ bool AnchorLocalizer::accepted(const Fix& fix, const SE2& map_X_predicted) const
          std::abs(predicted_X_fix.yaw()) <= options_.max_jump_rad;
 }
 
-/// Where the base is by the last fix and odometry since.
-Uncertain<SE2> AnchorLocalizer::carried_on(const SE2& odom_T_base) const {
+/// Pose of the base from the last fix and odometry since.
+Uncertain<SE2> AnchorLocalizer::predicted_pose(const SE2& odom_T_base) const {
   const double d = driven_since_fix_m_;
   const double heading = options_.drift_rad_per_m * d;
   const double position =
@@ -173,10 +172,10 @@ Uncertain<SE2> AnchorLocalizer::carried_on(const SE2& odom_T_base) const {
 void AnchorLocalizer::add(const TagFrame& frame) {
   const std::optional<SE2> odom_T_base = odometry_at(frame.stamp);
   if (!odom_T_base) return;
-  if (options_.plain) return add_plainly(frame, *odom_T_base);
+  if (options_.plain) return add_published(frame, *odom_T_base);
   const std::vector<Observation> seen = observations(frame);
-  if (!map_T_odom_ || contradictions_ >= options_.jumps_to_restart) return look_about(seen, *odom_T_base);
-  const Uncertain<SE2> predicted = carried_on(*odom_T_base);
+  if (!map_T_odom_ || contradictions_ >= options_.jumps_to_restart) return initialise(seen, *odom_T_base);
+  const Uncertain<SE2> predicted = predicted_pose(*odom_T_base);
   const std::optional<Fix> all = fix_from_all(seen);
   const bool unsure = position_sigma_m(predicted) > options_.unsure_sigma_m;
   const std::optional<Fix> fix = unsure && all ? all : fix_from_nearest(seen, predicted);
@@ -191,8 +190,9 @@ void AnchorLocalizer::add(const TagFrame& frame) {
   contradictions_ = contradictions;
 }
 
-/// Sections "Choosing the Best Tag" to "Odometry Fusion and Outlier Rejection" and no more.
-void AnchorLocalizer::add_plainly(const TagFrame& frame, const SE2& odom_T_base) {
+/// Exactly the published algorithm: sections "Choosing the Best Tag" to "Odometry Fusion and Outlier
+/// Rejection".
+void AnchorLocalizer::add_published(const TagFrame& frame, const SE2& odom_T_base) {
   std::optional<Fix> fix;
   const CameraView seen_by = camera_of(cameras_, frame.camera);
   for (const TagDetection& detection : frame.detections) {
@@ -227,7 +227,7 @@ void AnchorLocalizer::add(const Odometry& odometry) {
 std::optional<LocalizationEstimate> AnchorLocalizer::estimate() const {
   if (!map_T_odom_ || odometry_.empty()) return std::nullopt;
   const Odometry& newest = odometry_.back();
-  const Uncertain<SE2> map_X_base = carried_on(newest.odom_T_base);
+  const Uncertain<SE2> map_X_base = predicted_pose(newest.odom_T_base);
   return LocalizationEstimate{newest.stamp, map_X_base.mean, coordinate_covariance(map_X_base)};
 }
 

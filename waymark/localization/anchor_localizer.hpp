@@ -77,17 +77,16 @@ struct AnchorOptions {
   }
 };
 
-/// The nearest tag of the map says where the robot is; between fixes odometry carries on from there
-/// ("Marker-Based Visual Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag"
-/// and "Odometry Fusion and Outlier Rejection"). A fix becomes the new anchor when it does not jump, or the
-/// tag is near, and when it is at least as certain as odometry still is since the last one; fixes are never
-/// averaged. The robot stands on a level floor: what that says of each tag's pose is used (fit_to_floor), and
-/// of the two poses of a tag the one nearer to the prediction. The baseline that the filters must beat; the
-/// floor, votes at the start and covariances are ours, and `plain` does without them.
-/// docs/concepts/teach_and_replay.md has the equations.
+/// Localization from the nearest tag of the map, and from odometry between fixes ("Marker-Based Visual
+/// Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and "Odometry Fusion
+/// and Outlier Rejection"). A fix becomes the new anchor if it does not jump or the tag is near, and if it is
+/// at least as certain as odometry since the last fix; fixes are never averaged. The robot is on a level
+/// floor, which constrains each tag pose (fit_to_floor); of the two poses of a tag the one nearer to the
+/// prediction is used. This is the baseline for the filters. Floor constraint, votes at the start and
+/// covariances are not in the paper; `plain` disables them. Equations: docs/concepts/teach_and_replay.md.
 class AnchorLocalizer final : public LocalizationMethod {
  public:
-  /// `more_cameras`: beside the first, which saw every frame that names none of them.
+  /// `more_cameras`: cameras other than the first. Frames without the name of one of them are from the first.
   AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam, const AnchorOptions& options = {},
                   std::vector<MountedCamera> more_cameras = {});
 
@@ -100,7 +99,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   [[nodiscard]] int rejected() const { return rejected_; }
 
  private:
-  /// A mapped tag in a frame, and where the base is by each of its two poses.
+  /// A mapped tag in a frame, with the pose of the base for each of its two poses.
   struct Observation {
     std::vector<FloorFit> map_X_base{};
     double distance_m = 0;
@@ -108,7 +107,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   };
   struct Fix {
     Uncertain<SE2> map_X_base;
-    double distance_m;  ///< of the nearest tag it rests on
+    double distance_m;  ///< of the nearest tag it uses
   };
   using Votes = std::vector<internal::Vote<SE2>>;
   [[nodiscard]] std::vector<Observation> observations(const TagFrame& frame) const;
@@ -116,15 +115,15 @@ class AnchorLocalizer final : public LocalizationMethod {
                                                            const Uncertain<SE2>& predicted);
   [[nodiscard]] static std::optional<Fix> fix_from_all(const std::vector<Observation>& seen);
   [[nodiscard]] static Votes votes_of(const std::vector<Observation>& seen, const SE2& base_X_to);
-  void look_about(const std::vector<Observation>& seen, const SE2& odom_T_base);
+  void initialise(const std::vector<Observation>& seen, const SE2& odom_T_base);
   void anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T_base);
-  void add_plainly(const TagFrame& frame, const SE2& odom_T_base);
-  [[nodiscard]] Uncertain<SE2> carried_on(const SE2& odom_T_base) const;
+  void add_published(const TagFrame& frame, const SE2& odom_T_base);
+  [[nodiscard]] Uncertain<SE2> predicted_pose(const SE2& odom_T_base) const;
   [[nodiscard]] std::optional<SE2> odometry_at(SensorTime stamp) const;
   [[nodiscard]] bool accepted(const Fix& fix, const SE2& map_X_predicted) const;
 
   TagMap map_;
-  /// As camera_of() wants them.
+  /// In the form that camera_of() takes.
   struct Cameras {
     CameraModel camera;
     SE3 base_T_cam;
@@ -136,8 +135,8 @@ class AnchorLocalizer final : public LocalizationMethod {
   std::optional<SE2> map_T_odom_;
   Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();
   double driven_since_fix_m_ = 0;
-  int contradictions_ = 0;    ///< in a row
-  std::deque<Votes> looked_;  ///< map_X_odom by the last frames, while there is no anchor
+  int contradictions_ = 0;          ///< consecutive
+  std::deque<Votes> recent_votes_;  ///< map_X_odom from the last frames, while there is no anchor
   int fixes_ = 0;
   int rejected_ = 0;
 };

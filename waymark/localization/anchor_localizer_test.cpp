@@ -1,4 +1,4 @@
-// The anchor method on a straight drive past known tags, with corners as a camera sees them.
+// The anchor method on a straight drive past mapped tags, with corners as a camera measures them.
 #include "waymark/localization/anchor_localizer.hpp"
 
 #include <cmath>
@@ -25,7 +25,7 @@ SE3 base_T_cam() {
   return {SO3::from_matrix(optical), {0.08, 0, 0.18}};
 }
 
-/// Upright tags on both sides of the x axis, turned towards a robot that comes along it.
+/// Upright tags on both sides of the x axis, facing a robot that drives along it.
 TagMap tags() {
   TagMap map;
   const Eigen::Matrix3d ahead = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
@@ -62,7 +62,7 @@ double distance(const LocalizationEstimate& estimate, const SE2& truth) {
   return (estimate.map_T_base.translation() - truth.translation()).norm();
 }
 
-TEST(AnchorLocalizer, WithoutNoiseExactFromTheFramesItAsksFor) {
+TEST(AnchorLocalizer, IsExactWithoutNoiseAfterFramesToStart) {
   AnchorLocalizer localizer(tags(), camera(), base_T_cam());
   const SE2 truth(0, 0.1, 0.05);
   localizer.add(odometry(SE2(7, 7, 2), 0.99));
@@ -76,7 +76,7 @@ TEST(AnchorLocalizer, WithoutNoiseExactFromTheFramesItAsksFor) {
   EXPECT_NEAR(localizer.estimate()->map_T_base.yaw(), 0.05, 1e-6);
 }
 
-TEST(AnchorLocalizer, PlainlyTheFirstFrameIsAcceptedAndEveryOneAfterIt) {
+TEST(AnchorLocalizer, PlainAcceptsTheFirstFrameAndEveryLaterOne) {
   AnchorLocalizer localizer(tags(), camera(), base_T_cam(), {.plain = true});
   const SE2 truth(0, 0.1, 0.05);
   localizer.add(odometry(SE2(7, 7, 2), 1));
@@ -87,16 +87,17 @@ TEST(AnchorLocalizer, PlainlyTheFirstFrameIsAcceptedAndEveryOneAfterIt) {
   Random random(5);
   const double before = distance(*localizer.estimate(), truth);
   localizer.add(observe(truth, 1.1, &random));
-  EXPECT_GT(distance(*localizer.estimate(), truth), before + 1e-5) << "whatever odometry knows";
+  EXPECT_GT(distance(*localizer.estimate(), truth), before + 1e-5)
+      << "a noisy fix replaces a better prediction";
   const SE2 elsewhere(0.4, 0.1, 0.05);
   for (int i = 1; i <= AnchorOptions{}.jumps_to_restart; ++i) {
-    EXPECT_LT(distance(*localizer.estimate(), truth), 0.1) << "a jump, and the nearest tag is far";
+    EXPECT_LT(distance(*localizer.estimate(), truth), 0.1) << "a jump from a far tag is rejected";
     localizer.add(observe(elsewhere, 1.1 + 0.1 * i, nullptr));
   }
   EXPECT_LT(distance(*localizer.estimate(), elsewhere), 1e-6);
 }
 
-TEST(AnchorLocalizer, StandingItKnowsWhereWithinWhatItSays) {
+TEST(AnchorLocalizer, ErrorAtStandstillIsWithinThreeSigma) {
   int within = 0;
   double sigma_m = 0;
   constexpr int kRuns = 100;
@@ -111,12 +112,12 @@ TEST(AnchorLocalizer, StandingItKnowsWhereWithinWhatItSays) {
     ASSERT_TRUE(localizer.estimate());
     sigma_m = localizer.estimate()->position_sigma_m();
     within += distance(*localizer.estimate(), truth) < 3 * sigma_m ? 1 : 0;
-    EXPECT_LT(sigma_m, 0.10) << "a robot that stands here may start";
+    EXPECT_LT(sigma_m, 0.10) << "certain enough to start a replay";
   }
   EXPECT_GE(within, 97);
 }
 
-TEST(AnchorLocalizer, OdometryCarriesOnAndCertaintyFades) {
+TEST(AnchorLocalizer, SigmaGrowsWithOdometryBetweenFixes) {
   AnchorLocalizer localizer(tags(), camera(), base_T_cam());
   for (int i = 0; i < 10; ++i) {
     localizer.add(odometry({}, 1 + 0.1 * i));
@@ -128,23 +129,23 @@ TEST(AnchorLocalizer, OdometryCarriesOnAndCertaintyFades) {
   EXPECT_GT(localizer.estimate()->position_sigma_m(), before + 0.01);
 }
 
-TEST(AnchorLocalizer, ARobotThatWasCarriedAwayFindsItselfAgain) {
+TEST(AnchorLocalizer, RecoversARobotThatWasMovedByHand) {
   AnchorLocalizer localizer(tags(), camera(), base_T_cam());
   Random random(1);
   double seconds = 1;
-  const auto stand = [&](const SE2& truth, int frames) {
+  const auto observe_at = [&](const SE2& truth, int frames) {
     for (int i = 0; i < frames; ++i, seconds += 0.1) {
       localizer.add(odometry({}, seconds));
       localizer.add(observe(truth, seconds, &random));
     }
   };
-  stand(SE2(0, 0, 0), 10);
+  observe_at(SE2(0, 0, 0), 10);
   EXPECT_LT(distance(*localizer.estimate(), SE2(0, 0, 0)), 0.15);
-  stand(SE2(1, 0.5, -0.2), 30);
+  observe_at(SE2(1, 0.5, -0.2), 30);
   EXPECT_LT(distance(*localizer.estimate(), SE2(1, 0.5, -0.2)), 0.15);
 }
 
-TEST(AnchorLocalizer, NothingSeenIsNothingKnown) {
+TEST(AnchorLocalizer, HasNoEstimateWithoutTags) {
   AnchorLocalizer localizer(tags(), camera(), base_T_cam());
   localizer.add(TagFrame{.stamp = at(1)});
   EXPECT_FALSE(localizer.estimate());

@@ -1,4 +1,4 @@
-// Wrong numbers, darkness, kidnapping: a thousand robots in a ring of tags (forty unless WAYMARK_FULL is
+// Wrong parameters, darkness, moved robots: a thousand robots in a ring of tags (forty unless WAYMARK_FULL is
 // set).
 #include <algorithm>
 #include <cmath>
@@ -20,13 +20,12 @@ using testing::RingRobot;
 using testing::RingWorld;
 using testing::run;
 
-/// Of what a filter claims: every "certain" must be true from the moment it is said, until it is withdrawn.
-/// Whoever is carried away in the dark cannot know it: that claim may stand until a second of tags has spoken
-/// against it.
+/// Checks "certain" from the time it is reported until it is withdrawn. A robot moved by hand in the dark
+/// cannot be detected: its estimate may stay certain until tags have contradicted it for one second.
 struct Claims {
   bool certain = false;
   int starts = 0;
-  bool carried = false;  ///< since the claim that stands was made
+  bool carried = false;  ///< since the estimate became certain
   int made = 0;
   int false_moments = 0;
 
@@ -45,14 +44,14 @@ struct Claims {
   }
 };
 
-/// One robot among tags of which a fifth is misread.
+/// One robot among tags, a fifth of which is misread.
 struct Trial {
   RiekfLocalizer filter{Landmarks(ring()), mounted_sensor()};
   RingRobot robot{};
   RingWorld world{.wrong_id_share = 0.2};
   Random random;
   Claims claims{};
-  double two_tags_s = 0;  ///< since it was dark last
+  double two_tags_s = 0;  ///< since it was last dark
   bool back = false;
 
   explicit Trial(std::uint64_t seed) : random(seed) {}
@@ -69,8 +68,8 @@ struct Trial {
   }
 };
 
-/// Wrong numbers, darkness, kidnapping: in a second after two tags are seen it is right again, and it never
-/// says that it is certain when it is wrong.
+/// Within a second after two tags are visible the estimate is correct again, and it is never reported as
+/// certain while it is wrong.
 TEST(RiekfLocalizer, IsHardToLose) {
   const int trials = std::getenv("WAYMARK_FULL") != nullptr ? 1000 : 40;
   int made = 0;
@@ -80,7 +79,7 @@ TEST(RiekfLocalizer, IsHardToLose) {
     Trial trial(static_cast<std::uint64_t>(100 + number));
     trial.run_for(3);
     trial.world.dark = true;
-    if (number % 2 == 0) {  // carried away
+    if (number % 2 == 0) {  // moved by hand
       trial.run_for(1);
       trial.robot.truth =
           SE2(trial.random.uniform(-1, 1), trial.random.uniform(-1, 1), trial.random.uniform(-3, 3));
@@ -97,7 +96,7 @@ TEST(RiekfLocalizer, IsHardToLose) {
     false_moments += trial.claims.false_moments;
     EXPECT_EQ(trial.claims.false_moments, 0) << "trial " << number;
   }
-  std::printf("%d trials: certain %d times anew, %d moments of it false, %d not back in a second\n", trials,
+  std::printf("%d trials: certain again %d times, %d false steps, %d not recovered within 1 s\n", trials,
               made, false_moments, not_back);
   EXPECT_GE(made, trials);
   EXPECT_EQ(not_back, 0);

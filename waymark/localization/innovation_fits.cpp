@@ -14,7 +14,7 @@ namespace waymark {
 std::vector<bool> keep_given(const Eigen::MatrixXd& covariance, double enough_sigma,
                              Eigen::VectorXd& change) {
   std::vector<bool> kept(static_cast<std::size_t>(change.size()), false);
-  Eigen::MatrixXd P = covariance;  // of those that may still move
+  Eigen::MatrixXd P = covariance;  // of the parameters that may still change
   for (;;) {
     Eigen::Index least = -1;
     double least_sigmas = enough_sigma;
@@ -34,7 +34,7 @@ std::vector<bool> keep_given(const Eigen::MatrixXd& covariance, double enough_si
   }
 }
 
-// The numbers that a calibration finds: what they are called, and sensor and options with them put in.
+// Names of the calibrated parameters, and sensor and options with parameters applied.
 
 std::string_view to_string(Calibrated what) {
   constexpr std::array<std::string_view, kCalibrated> kNames = {
@@ -72,31 +72,31 @@ RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNum
   return out;
 }
 
-// The inside of calibrate_by_innovations().
+// Implementation of calibrate_by_innovations().
 namespace {
 
-constexpr double kCapPerRow = 16;  ///< an outlier counts so much and no more
-constexpr int kStretches = 12;     ///< of a drive; every third is held out
+constexpr double kCapPerRow = 16;  ///< the maximum cost of an outlier per row
+constexpr int kStretches = 12;     ///< segments of a drive; every third is held out
 
-/// What one run of the filter costs by its innovations.
+/// Cost of one run of the filter by its innovations.
 struct RunCost {
-  double fitted = 0;       ///< sum of NIS over what is fitted, outliers capped
-  double fitted_rows = 0;  ///< its degrees of freedom
-  double held_out = 0;     ///< the same of what is held out
+  double fitted = 0;       ///< sum of NIS over the fitted part, outliers capped
+  double fitted_rows = 0;  ///< degrees of freedom
+  double held_out = 0;     ///< as `fitted`, for the held-out part
   double held_out_rows = 0;
   std::size_t observations = 0;
-  bool lost = false;  ///< the robot, for longer than with other numbers: what was seen then costs nothing
+  bool lost = false;  ///< for longer than with other parameters: unprocessed observations would cost nothing
 
   [[nodiscard]] double rows() const { return fitted_rows + held_out_rows; }
   [[nodiscard]] double per_row() const { return rows() > 0 ? (fitted + held_out) / rows() : 0; }
   [[nodiscard]] double held_out_per_row() const { return held_out_rows > 0 ? held_out / held_out_rows : 0; }
-  /// What a search compares.
+  /// The cost that a search compares.
   [[nodiscard]] double fitted_per_row() const {
     return lost || !(fitted_rows > 0) ? std::numeric_limits<double>::infinity() : fitted / fitted_rows;
   }
 };
 
-/// Runs of the filter over one drive with one set of numbers or another.
+/// Runs the filter over one drive with different parameters.
 class InnovationRuns {
  public:
   InnovationRuns(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& sensor,
@@ -106,16 +106,16 @@ class InnovationRuns {
         sensor_(sensor),
         options_(options),
         keep_going_(fit.keep_going) {
-    // What is sought must show in the innovations, not be explained by something else.
+    // The errors to be found must show in the innovations, so other states must not absorb them.
     options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
     options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = 0;
     constexpr double kSlip_s = 0.01;
     options_.motion.slip_sigma_s = std::min(options_.motion.slip_sigma_s, kSlip_s);
-    options_.motion.parts_err_apart = true;
+    options_.motion.independent_parts = true;
   }
 
-  /// With observations so many times as uncertain as they are: a wide net first. `errors` becomes what the
-  /// part that is not held out tells of the errors of the numbers.
+  /// Runs the filter with observation noise scaled by `noise_ratio`: large first, so that outliers are
+  /// accepted. `errors` receives the evidence of the part that is not held out.
   RunCost operator()(const CalibratedNumbers& numbers, double noise_ratio,
                      SystematicErrors* errors = nullptr) {
     stopped = stopped || (keep_going_ && !keep_going_());
@@ -142,8 +142,8 @@ class InnovationRuns {
   }
 
   int runs = 0;
-  bool holds_out = true;  ///< a third of the drive from `errors`
-  bool stopped = false;   ///< by who waits for it; what a run said since then is nothing
+  bool holds_out = true;  ///< whether a third of the drive is held out from `errors`
+  bool stopped = false;   ///< by `keep_going`; the results of later runs are invalid
 
  private:
   [[nodiscard]] RiekfOptions widened(double ratio) const {
@@ -183,11 +183,11 @@ class InnovationRuns {
 
 constexpr std::size_t at(Calibrated what) { return static_cast<std::size_t>(what); }
 
-/// Which of the numbers each of kSystematic is; nothing: not sought.
+/// Which calibrated parameter each of kSystematic is; none: not fitted.
 using Places = std::array<std::optional<std::size_t>, kSystematic>;
 
-/// What is asked for and can be told at all: with a gyro the wheels do not turn the robot, without one there
-/// is none; only corners tell of a camera that is not in the plane, and of its focal length.
+/// Parameters that are requested and observable: with a gyro the wheels do not measure the turn, and without
+/// one the gyro has no scale. Only corners determine the height and tilt of a camera, and its focal length.
 Places sought(std::span<const Sample> samples, const InnovationFitOptions& fit) {
   const auto any = [&](auto is) { return std::ranges::any_of(samples, is); };
   const bool gyro = any([](const Sample& s) { return std::holds_alternative<ImuSample>(s); });
@@ -226,7 +226,7 @@ SystematicVector prior_of(const Places& places, const CalibratedNumbers& prior) 
   return sigma;
 }
 
-/// From the numbers of `from` to those of `to`.
+/// Change from the parameters `from` to `to`.
 SystematicVector difference(const Places& places, const CalibratedNumbers& from,
                             const CalibratedNumbers& to) {
   SystematicVector change = SystematicVector::Zero();
@@ -235,7 +235,7 @@ SystematicVector difference(const Places& places, const CalibratedNumbers& from,
   return change;
 }
 
-/// A turn of the mounting is one about the base's origin there, and about the sensor here.
+/// A rotation of the mounting is about the origin of base in kSystematic, and about the sensor in Calibrated.
 CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, SystematicVector change,
                         const MountedSensor& sensor) {
   const Eigen::Vector3d lever = calibrated_sensor(sensor, numbers).base_T_sensor.translation();
@@ -246,7 +246,8 @@ CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, 
   return to;
 }
 
-/// Further from the start than this is no robot, but a search gone astray.
+/// Whether the parameters are within three standard deviations of their start; beyond, the search has
+/// diverged.
 bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
               const CalibratedNumbers& prior) {
   constexpr double kMaxSigmas = 3;
@@ -255,7 +256,8 @@ bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
   return true;
 }
 
-/// The same estimate from wherever it starts: latency is what bends the innovations most.
+/// Tries several latencies, so that the result does not depend on the given one: latency bends the
+/// innovations most.
 CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                              double noise_ratio) {
   if (!places[7]) return given;
@@ -272,7 +274,7 @@ CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const C
   return best;
 }
 
-/// The least of these noises with which the filter finds the robot and goes on seeing tags that it expects.
+/// The smallest of these noise ratios with which the filter initialises and keeps accepting tags.
 double wide_enough(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                    const SystematicVector& prior, int landmarks) {
   constexpr std::array kRatios{10.0, 30.0, 100.0};
@@ -284,8 +286,9 @@ double wide_enough(InnovationRuns& runs, const Places& places, const CalibratedN
   return kRatios.front();
 }
 
-/// Gauss-Newton steps on the innovations, with a noise that shrinks to what it is: outliers and gates bend a
-/// narrow net (Blake and Zisserman, "Visual Reconstruction", chapter 3, graduated non-convexity).
+/// Gauss-Newton steps on the innovations, with noise that shrinks to its actual value: with small noise from
+/// the start, outliers and gates bias the steps (Blake and Zisserman, "Visual Reconstruction", chapter 3,
+/// graduated non-convexity).
 CalibratedNumbers search(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                          const MountedSensor& sensor, const InnovationFitOptions& fit, int landmarks) {
   const SystematicVector prior = prior_of(places, fit.prior);
@@ -297,7 +300,7 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
     runs(numbers, most, &errors);
     const auto step = errors.fit(prior, difference(places, given, numbers));
     if (runs.stopped) return numbers;
-    if (!step) continue;  // so uncertain that it never found the robot
+    if (!step) continue;  // so uncertain that the filter never initialised
     const CalibratedNumbers next = moved(places, numbers, step->value, sensor);
     if (credible(next, given, fit.prior)) numbers = next;
   }
@@ -321,14 +324,14 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
   return numbers;
 }
 
-/// Of what was fitted, and of what was held out.
+/// Whether both the fitted and the held-out part improved.
 bool is_better(const RunCost& after, const RunCost& before) {
   return after.held_out_per_row() < before.held_out_per_row() &&
          after.fitted_per_row() < before.fitted_per_row();
 }
 
-/// One more step from what was found in a part of the drive, by all of it, where that is better for all of
-/// it; and what is known then.
+/// One more step, with the whole drive, from the result of the fitted part, kept only if the cost of the
+/// whole drive decreases. Returns the final fit.
 std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
                                      const CalibratedNumbers& given, const MountedSensor& sensor,
                                      const InnovationFitOptions& fit, int landmarks,
@@ -346,8 +349,8 @@ std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
   return there_errors.fit(prior, difference(places, given, tried));
 }
 
-/// What the drive does not tell from what was given stays that: others gave it who knew more. Gives by how
-/// much that moves each of the numbers.
+/// Keeps the given value of each parameter that the drive does not distinguish from it, because it came from
+/// a better source. Returns by how much this moves each parameter.
 Eigen::VectorXd move_observable(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
                                 const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
   Eigen::VectorXd change(static_cast<Eigen::Index>(what.size()));
@@ -362,8 +365,8 @@ Eigen::VectorXd move_observable(const Eigen::MatrixXd& P, const std::vector<std:
   return change - best;
 }
 
-/// Half the time between two samples of what tells how the robot turns [s]: whether a rate is that of the
-/// time before its stamp, about it or after it nobody says, and a picture looks as much older or younger.
+/// Half the interval between two samples of the rotation source [s]. A rate may refer to the time before,
+/// around or after its stamp, which shifts the apparent latency by this much.
 double half_interval_s(std::span<const Sample> samples, bool gyro) {
   std::vector<double> apart_s;
   std::optional<SensorTime> last;
@@ -376,8 +379,8 @@ double half_interval_s(std::span<const Sample> samples, bool gyro) {
   return apart_s.empty() ? 0 : median(std::move(apart_s)) / 2;
 }
 
-/// What is known of each number, and which of them move. Where others stay as given, a number may be wrong by
-/// what that moved it, too.
+/// Sets values and standard deviations, and which parameters change. If others keep their given values, the
+/// shift that this causes is added to the standard deviation.
 void set_values_and_sigmas(const Places& places, const SystematicFit& last, const CalibratedNumbers& given,
                            const InnovationFitOptions& fit, const Eigen::Vector3d& lever, double stamps_s,
                            InnovationFit& result) {
@@ -426,15 +429,15 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   const double stamps_s = half_interval_s(samples, places[9] == at(Calibrated::GyroGain));
   InnovationRuns runs(samples, landmarks, sensor, options, fit);
   const RunCost before = runs(given, 1);
-  constexpr std::size_t kFewest = 50;
-  if (!runs.stopped && before.observations < kFewest)
-    return fail(ErrorCode::InvalidArgument, "too few observations of the map to calibrate by", {},
+  constexpr std::size_t kMinObservations = 50;
+  if (!runs.stopped && before.observations < kMinObservations)
+    return fail(ErrorCode::InvalidArgument, "too few observations of map tags for a calibration", {},
                 "Drive past the tags of the map, with turns, for half a minute or more.");
   result.value = search(runs, places, given, sensor, fit, landmarks.size());
   const auto lever = [&](const InnovationFit& found) -> Eigen::Vector3d {
     return calibrated_sensor(sensor, found.value).base_T_sensor.translation();
   };
-  InnovationFit judged = result;  // as the part says that is not held out
+  InnovationFit judged = result;  // result of the part that is not held out
   SystematicErrors errors(landmarks.size());
   runs(judged.value, 1, &errors);
   const auto by_part = errors.fit(prior_of(places, fit.prior), difference(places, given, judged.value));
@@ -444,7 +447,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   const auto last = fit_all(runs, places, given, sensor, fit, landmarks.size(), result.value);
   if (last) set_values_and_sigmas(places, *last, given, fit, lever(result), stamps_s, result);
   const RunCost after = runs(result.value, 1);
-  if (runs.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
+  if (runs.stopped) return fail(ErrorCode::InvalidArgument, "calibration stopped before it was complete");
   result.cost_before = before.per_row();
   result.cost_after = after.per_row();
   result.held_out_before = before.held_out_per_row();
@@ -492,7 +495,7 @@ class Likelihood {
         options_(options),
         keep_going_(keep_going) {}
 
-  /// Twice its negative logarithm, without its constant.
+  /// Twice the negative log-likelihood without its constant.
   double operator()(const Exponents& e) {
     constexpr double kWeightOfMeans = 10;
     stopped = stopped || (keep_going_ && !keep_going_());
@@ -514,7 +517,7 @@ class Likelihood {
       filter.clear_comparisons();
     }
     const LastingErrors& means = filter.tracker().lasting();
-    sum += kWeightOfMeans * (means.cost() + of_unit * means.freedom());
+    sum += kWeightOfMeans * (means.cost() + of_unit * means.degrees_of_freedom());
     return rows > 0 ? sum / rows : std::numeric_limits<double>::infinity();
   }
 
@@ -528,7 +531,7 @@ class Likelihood {
   const std::function<bool()>& keep_going_;
 };
 
-/// The first minutes say what the noise is.
+/// The first 150 s, which suffice to estimate the noise.
 std::span<const Sample> beginning(std::span<const Sample> samples) {
   constexpr Duration kLong = std::chrono::seconds(150);
   const auto end = std::ranges::upper_bound(samples, stamp_of(samples.front()) + kLong, {},
@@ -551,9 +554,9 @@ NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks
   Likelihood cost(beginning(samples), landmarks, sensor, options, keep_going);
   Exponents best{};
   double least = cost(best);
-  constexpr double kMinExponent = -1;  // of what is assumed: smaller noise hides in errors that last
+  constexpr double kMinExponent = -1;  // of the assumed noise: a smaller one is hidden by lasting errors
   constexpr double kMaxExponent = 7;
-  constexpr double kWorth = 1e-3;  // per row
+  constexpr double kMinDecrease = 1e-3;  // minimum decrease per row
   for (const double step : {2.0, 2.0, 1.0, 0.5}) {
     for (std::size_t i = 0; i < best.size(); ++i) {
       for (const double direction : {step, -step}) {
@@ -563,7 +566,7 @@ NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks
           tried[i] += direction;
           if (tried[i] < kMinExponent || tried[i] > kMaxExponent) break;
           const double there = cost(tried);
-          if (!(there < least - kWorth)) break;
+          if (!(there < least - kMinDecrease)) break;
           best = tried;
           least = there;
           better = true;

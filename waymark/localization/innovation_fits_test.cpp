@@ -16,35 +16,36 @@ using test::mistaken_drive;
 using test::mistaken_sensor;
 using test::MistakenDrive;
 
-TEST(KeptNumbers, WhatIsToldMovesAndWhatIsNotStays) {
+TEST(KeptNumbers, SignificantChangesMoveAndOthersStay) {
   Eigen::VectorXd change = Eigen::Vector3d(0.5, 3, -1);
   const Eigen::MatrixXd P = Eigen::Matrix3d::Identity();
   EXPECT_EQ(keep_given(P, 2, change), (std::vector<bool>{true, false, true}));
   EXPECT_EQ(change, Eigen::VectorXd(Eigen::Vector3d(0, 3, 0)));
 }
 
-TEST(KeptNumbers, TheOthersMoveToTheirBestBesideIt) {
+TEST(KeptNumbers, TheOthersMoveToTheirOptimumGivenIt) {
   const Eigen::Matrix2d H = (Eigen::Matrix2d() << 4, 1.5, 1.5, 2).finished();
   const Eigen::MatrixXd P = H.inverse();
   const Eigen::Vector2d best(5, 0.4);
   Eigen::VectorXd change = best;
   const auto kept = keep_given(P, 2, change);
   EXPECT_EQ(kept, (std::vector<bool>{false, true}));
-  // Minimum of (x - best)' H (x - best) / 2 where x[1] is 0.
+  // Minimum of (x - best)' H (x - best) / 2 with x[1] = 0.
   EXPECT_NEAR(change[0], best[0] + H(0, 1) / H(0, 0) * best[1], 1e-12);
   EXPECT_EQ(change[1], 0);
 }
 
-TEST(KeptNumbers, OfTwoThatAreOnlyKnownTogetherOneMoves) {
-  // Their sum is known well, their difference not at all: one of them has to move.
+TEST(KeptNumbers, OneOfTwoMovesIfOnlyTheirSumIsObservable) {
+  // Their sum is well determined, their difference is not: one of them has to move.
   const Eigen::Matrix2d H = (Eigen::Matrix2d() << 100.01, 100, 100, 100.01).finished();
   const Eigen::MatrixXd P = H.inverse();
   Eigen::VectorXd change = Eigen::Vector2d(1.0, 2.0);
-  EXPECT_EQ(keep_given(P, 2, change), (std::vector<bool>{true, false})) << "each alone is uncertain by 7";
+  EXPECT_EQ(keep_given(P, 2, change), (std::vector<bool>{true, false}))
+      << "each alone has a standard deviation of 7";
   EXPECT_NEAR(change[1], 3, 1e-3);
 }
 
-// Numbers that a filter takes for right and that are wrong: found from a drive.
+// Wrong parameters of the filter are found from a drive.
 
 InnovationFit calibrated(const MistakenDrive& log, const RiekfOptions& options) {
   const auto fit =
@@ -67,14 +68,14 @@ TEST(CalibrationByInnovations, FindsTheLatencyFromAnyStart) {
   }
 }
 
-TEST(CalibrationByInnovations, FindsAFocalLengthAndDoesNotMoveTheCameraForIt) {
+TEST(CalibrationByInnovations, FindsAFocalLengthWithoutChangingTheMounting) {
   const InnovationFit fit = calibrated(mistaken_drive({.focal_scale = 1.03}, 60, 4), {});
   EXPECT_NEAR(fit.value[index(Calibrated::FocalScale)], 1.03, 0.005);
   EXPECT_NEAR(fit.value[index(Calibrated::MountingX)], 0, 0.01);
   EXPECT_NEAR(fit.value[index(Calibrated::MountingYaw)], 0, 0.01);
 }
 
-TEST(CalibrationByInnovations, FindsAMountingFarFromWhatWasGiven) {
+TEST(CalibrationByInnovations, FindsAMountingFarFromTheGivenOne) {
   const Mistake truth{.wrong_mounting = SE3(SO3::exp({0, 0, -0.08}), Eigen::Vector3d(0.09, -0.09, 0))};
   const InnovationFit fit = calibrated(mistaken_drive(truth, 60, 5), {});
   const SE3 found = calibrated_sensor(testing::mounted_sensor(), fit.value).base_T_sensor;
@@ -84,7 +85,7 @@ TEST(CalibrationByInnovations, FindsAMountingFarFromWhatWasGiven) {
   EXPECT_TRUE(fit.improved);
 }
 
-TEST(CalibrationByInnovations, NeverCallsWorseWhatItChanged) {
+TEST(CalibrationByInnovations, ReportsAnImprovementOnlyIfTheHeldOutPartImproves) {
   for (std::uint64_t seed = 11; seed <= 14; ++seed) {
     const InnovationFit fit = calibrated(mistaken_drive({}, 30, seed), {});
     if (fit.improved) {
@@ -94,7 +95,7 @@ TEST(CalibrationByInnovations, NeverCallsWorseWhatItChanged) {
   }
 }
 
-TEST(NoiseAdaptation, FindsTheNoiseOfTurningThatNobodyTold) {
+TEST(NoiseAdaptation, FindsAnUnknownTurnNoise) {
   const MistakenDrive log = mistaken_drive({.yaw_noise_rad_sqrt_s = 0.2}, 60, 6);
   const NoiseFit fit = adapt_noise(log.samples, Landmarks(testing::ring()), testing::mounted_sensor(), {});
   const double before = filtered(log).nees;

@@ -15,7 +15,7 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Of a tag, given the tag it is tied to: the Schur complement of their joint covariance.
+/// Covariance of a tag given the tag it is tied to: the Schur complement of their joint covariance.
 Matrix6 own_covariance(const TagMap& map, const MappedTag& tag) {
   const MappedTag* other = tag.tie ? map.find(tag.tie->to) : nullptr;
   if (other == nullptr || !other->covariance) return *tag.covariance;
@@ -41,7 +41,7 @@ Landmarks::Landmarks(const TagMap& map) {
   for (const auto& [id, tag] : map.tags) {
     Landmark landmark{.tag = id, .map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
     if (tag.covariance) {
-      // The map writes a motion of the whole frame; here the tag turns about its own centre.
+      // The map stores a motion of the whole frame; here the tag turns about its own centre.
       Matrix6 J = Matrix6::Identity();
       J.topRightCorner<3, 3>() = -SO3::hat(tag.map_T_tag.translation());
       const Matrix6 J_floor = floor_R_map * J;
@@ -57,10 +57,10 @@ Result<Landmarks> Landmarks::of_points(const std::vector<LandmarkPoint>& points)
   std::set<std::int64_t> seen;
   for (const LandmarkPoint& point : points) {
     if (!seen.insert(point.number).second)
-      return fail(ErrorCode::InvalidArgument, fmt::format("landmark {} is given twice", point.number));
+      return fail(ErrorCode::InvalidArgument, fmt::format("duplicate landmark {}", point.number));
     if (!point.map_p.allFinite())
       return fail(ErrorCode::InvalidArgument,
-                  fmt::format("the place of landmark {} is not a number", point.number));
+                  fmt::format("non-finite position of landmark {}", point.number));
     landmarks.add({.tag = {.number = static_cast<int>(point.number)},
                    .map_T_tag = SE3({}, {point.map_p.x(), point.map_p.y(), 0}),
                    .oriented = false,

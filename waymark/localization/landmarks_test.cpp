@@ -1,4 +1,4 @@
-// What the places of tags in a map have in common, and what is their own.
+// Shared and own parts of the position covariances of map tags.
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
@@ -9,7 +9,7 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Tags 0 and 1, whose places err by something that both share, and each by something of its own.
+/// Tags 0 and 1 with a shared position error and independent ones.
 TagMap two_tags(double shared_m2, double own_m2, bool tied) {
   TagMap map;
   for (const int number : {0, 1}) {
@@ -21,24 +21,24 @@ TagMap two_tags(double shared_m2, double own_m2, bool tied) {
   return map;
 }
 
-TEST(Landmarks, OwnCovarianceLeavesOutWhatATagSharesWithItsNeighbour) {
+TEST(Landmarks, OwnCovarianceExcludesErrorsSharedWithTheTiedTag) {
   const Landmarks tied(two_tags(9, 1, true));
   const Landmark& tag = tied[tied.find({FamilyId::Tag36h11, 1})];
   EXPECT_LT((tag.own_covariance - (10 - 81.0 / 10) * Matrix6::Identity()).norm(), 1e-9);
   EXPECT_LT((tag.covariance - 10 * Matrix6::Identity()).norm(), 1e-9);
   const Landmark& other = tied[tied.find({FamilyId::Tag36h11, 0})];
-  EXPECT_LT((other.own_covariance - other.covariance).norm(), 1e-12) << "it is tied to none";
+  EXPECT_LT((other.own_covariance - other.covariance).norm(), 1e-12) << "a tag without a tie";
   const Eigen::SelfAdjointEigenSolver<Matrix6> less(tag.covariance - tag.own_covariance);
   EXPECT_GE(less.eigenvalues().minCoeff(), 0);
 }
 
-TEST(Landmarks, OwnCovarianceOfAMapWithoutTiesIsTheWhole) {
+TEST(Landmarks, OwnCovarianceWithoutTiesEqualsTheCovariance) {
   const Landmarks loose(two_tags(9, 1, false));
   for (const Landmark& tag : loose.all()) EXPECT_LT((tag.own_covariance - tag.covariance).norm(), 1e-12);
 }
 
-// A tie that contradicts the covariances (a file that was edited) is no negative variance.
-TEST(Landmarks, AnImpossibleTieIsPassedOver) {
+// A tie that contradicts the covariances (an edited file) does not produce a negative variance.
+TEST(Landmarks, AnInvalidTieIsIgnored) {
   TagMap map = two_tags(9, 1, true);
   map.tags.at({FamilyId::Tag36h11, 1}).tie->covariance = 20 * Matrix6::Identity();
   const Landmarks landmarks(map);

@@ -15,47 +15,49 @@ namespace waymark {
 struct LocalizationEstimate {
   SensorTime stamp{};
   SE2 map_T_base{};
-  /// Of (x, y, yaw) in ordinary map coordinates [m, rad].
+  /// Covariance of (x, y, yaw) in map coordinates [m, rad].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// False: a guess. What is seen contradicts it, or does not suffice; nothing should drive by it.
+  /// False: the estimate is contradicted by observations or not yet confirmed by enough of them; nothing
+  /// should drive by it.
   bool certain = true;
-  /// Looks in a row, up to the newest, most of which contradict it; 0 when the newest agrees. A method that
-  /// cannot tell says 0.
+  /// Consecutive frames, up to the newest, in which most observations contradict the estimate; 0 if the
+  /// newest agrees, or if the method does not detect contradictions.
   int contradicting_frames = 0;
 
-  /// The larger standard deviation of the position in the plane [m].
+  /// The larger standard deviation of the position in the plane [m]: the square root of the larger eigenvalue
+  /// of the covariance of (x, y).
   [[nodiscard]] double position_sigma_m() const;
 };
 
-/// One observation beside what was expected of it.
+/// One observation compared with its prediction.
 struct NisRecord {
   SensorTime stamp{};
   TagId tag{};
   double nis = 0;         ///< normalised innovation squared
-  int rows = 0;           ///< its degrees of freedom
-  bool accepted = false;  ///< and used
+  int rows = 0;           ///< degrees of freedom
+  bool accepted = false;  ///< passed the gate and was used
   double log_det = 0;     ///< of the covariance of the whitened innovation
 };
 
-/// Where the robot is by the tags of one picture alone, whatever motion and earlier pictures say.
+/// Pose of the robot from the tags of one image alone, independent of motion and earlier images.
 struct TagFix {
   SensorTime stamp{};
   SE2 map_T_base{};
-  /// Of (x, y, yaw) in ordinary map coordinates [m, rad], without the errors that tags around share.
+  /// Covariance of (x, y, yaw) in map coordinates [m, rad], without the errors that nearby tags share.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   int tags = 0;
 };
 
-/// Where somebody says that the robot is.
+/// A pose of the robot from outside the filter, such as from an operator.
 struct GivenPose {
   SE2 map_T_base{};
-  /// Of (x, y, yaw) in ordinary map coordinates [m, rad]; positive definite.
+  /// Covariance of (x, y, yaw) in map coordinates [m, rad]; positive definite.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 class RiekfLocalizer;
 
-/// A way to know where the robot is. Samples in stamp order; no method looks at TruthPose.
+/// Interface of the localization methods. Samples are added in stamp order; no method reads TruthPose.
 class LocalizationMethod {
  public:
   virtual ~LocalizationMethod() = default;
@@ -67,23 +69,24 @@ class LocalizationMethod {
   virtual void add(const ImuSample& /*imu*/) {}
   virtual void add(const TagPoseFrame& /*frame*/) {}
   virtual void add(const RangeBearing& /*seen*/) {}
-  /// The newest estimate; nothing before the first fix.
+  /// The newest estimate; none before the first fix.
   [[nodiscard]] virtual std::optional<LocalizationEstimate> estimate() const = 0;
-  /// What was compared with the estimate since clear_comparisons(), and what a user must know, in words.
+  /// comparisons(): observations compared with the estimate since clear_comparisons(). problems(): findings
+  /// for the user, as text.
   [[nodiscard]] virtual const std::vector<NisRecord>& comparisons() const {
     static const std::vector<NisRecord> kNone;
     return kNone;
   }
   virtual void clear_comparisons() {}
-  /// For a robot whose place is known when it is switched on, with standard deviations of x, y and of the
-  /// heading; a method that always starts from tags does not use it.
+  /// Sets the pose at switch-on, with standard deviations of x and y [m] and of the heading [rad]. A method
+  /// that always initialises from tags ignores it.
   virtual void start_from(const SE2& /*map_T_base*/, double /*sigma_m*/, double /*sigma_rad*/) {}
-  /// Somebody says where the robot is now, whatever was estimated before; certain again when the first tags
-  /// agree, given up at once when they do not. False: the method takes its pose from tags alone.
+  /// Replaces the estimate by a given pose. It is reported as certain again once the first tags agree, and
+  /// dropped as soon as they do not. Returns false if the method takes its pose from tags alone.
   virtual bool restart_from(const GivenPose& /*given*/) { return false; }
-  /// The filter that the method is or stands on; nullptr when there is none.
+  /// The filter that the method is or uses; nullptr if there is none.
   [[nodiscard]] virtual RiekfLocalizer* filter() { return nullptr; }
-  /// Of the newest picture; nothing when its tags do not suffice, or from a method that cannot tell.
+  /// Fix from the newest image; none if its tags do not suffice or the method does not compute fixes.
   [[nodiscard]] virtual std::optional<TagFix> tag_fix() const { return std::nullopt; }
   [[nodiscard]] virtual std::vector<std::string> problems() const { return {}; }
 

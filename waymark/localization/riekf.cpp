@@ -25,8 +25,9 @@ SlowVector slow_variances(const MotionNoise& noise) {
   return sigma.cwiseAbs2();
 }
 
-/// The true twist as the slow states have it, (3), and its derivative for them.
-Eigen::Vector3d mended(const MotionStep& step, const SlowVector& slow, Eigen::Matrix<double, 3, 5>* J) {
+/// The twist corrected by the slow states, (3), and its derivative with respect to them.
+Eigen::Vector3d corrected_twist(const MotionStep& step, const SlowVector& slow,
+                                Eigen::Matrix<double, 3, 5>* J) {
   const double turn_rate = step.dt_s > 0 ? step.twist.z() / step.dt_s : 0;
   const double sideways = step.twist.x() * turn_rate;  // speed times yaw rate times dt
   if (step.standing) {
@@ -39,19 +40,19 @@ Eigen::Vector3d mended(const MotionStep& step, const SlowVector& slow, Eigen::Ma
   return step.twist + *J * slow;
 }
 
-/// Variances of the twist's noise over a step, (5).
+/// Variances of the noise of the twist over a step, (5).
 Eigen::Vector3d variances(const MotionStep& step, const MotionNoise& noise) {
   const auto sq = [](double x) { return x * x; };
   const double driven = step.twist.head<2>().norm();
   const double drift = sq(noise.drift_m_sqrt_s) * step.dt_s + step.extra_m2;
   if (step.standing) return {drift, drift, step.extra_rad2};
-  const double dispute = sq(noise.slip_share * step.yaw_dispute_rad);
+  const double disagreement = sq(noise.slip_share * step.yaw_disagreement_rad);
   const double yaw = sq(noise.yaw_rad_sqrt_m) * driven +
                      sq(noise.yaw_rad_sqrt_rad) * std::abs(step.twist.z()) +
-                     sq(noise.yaw_rad_sqrt_s) * step.dt_s + step.extra_rad2 + dispute;
-  // A turn in dispute of a robot about 0.2 m long is as much of a dispute about where it went.
+                     sq(noise.yaw_rad_sqrt_s) * step.dt_s + step.extra_rad2 + disagreement;
+  // For a robot about 0.2 m long, a disagreement about the turn is also one about the translation.
   constexpr double kLever = 0.1;
-  const double slip = sq(kLever) * dispute;
+  const double slip = sq(kLever) * disagreement;
   return {sq(noise.along_m_sqrt_m) * driven + drift + slip, sq(noise.across_m_sqrt_m) * driven + drift + slip,
           yaw};
 }
@@ -106,7 +107,7 @@ void Riekf::start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool
 
 void Riekf::propagate(const MotionStep& step) {
   Eigen::Matrix<double, 3, 5> J_u_slow;
-  const Eigen::Vector3d u = mended(step, state_.slow, &J_u_slow);
+  const Eigen::Vector3d u = corrected_twist(step, state_.slow, &J_u_slow);
   const SE2 before = state_.map_T_base;
   const Eigen::Matrix3d G_xi = before.adjoint() * SE2::left_jacobian(u);
   const Eigen::Matrix3d from_error = to_error();
@@ -133,18 +134,18 @@ void Riekf::propagate(const MotionStep& step) {
   if (step.dt_s > 0) state_.velocity = u / step.dt_s;
 }
 
-/// Two errors of motion outlast a step, (19), (20): that of a message, which is one twist for all parts a
-/// look divides it into, and the speed of sliding. Neither is estimated; their covariance with the state is
-/// kept.
+/// Two errors of motion last longer than a step, (19), (20): the error of a message, which is one twist for
+/// all parts into which observations divide it, and the sliding velocity. Neither is estimated; their
+/// covariances with the state are kept.
 void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P) {
-  const double share = noise_.parts_err_apart ? 1 : step.share;
-  const bool continues = step.continues && !noise_.parts_err_apart;
+  const double share = noise_.independent_parts ? 1 : step.share;
+  const bool continues = step.continues && !noise_.independent_parts;
   if (!continues) state_.motion.leftCols<3>().setZero();
   motion_before_ = state_.motion;
   moved_by_.setZero();
   moved_by_.topLeftCorner<3, 3>() = share * G;
-  // What the heading turns without odometry's way: the way is then askew to it by as much, the other way
-  // round.
+  // Heading noise that does not rotate the translation of odometry: the translation is then skewed by the
+  // same angle in the opposite direction.
   moved_by_(3 + kCrab, 2) = -share * noise_.crab_share;
   const Eigen::Vector3d Q = variances(step, noise_) / share;  // of the whole message
   const double time_s = noise_.slide_time_s;
@@ -162,13 +163,13 @@ void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, S
   if (share < 1) state_.motion.leftCols<3>() += by_message;
   state_.motion.col(3) *= lasts;
   if (!slides) return;
-  // The way of a speed that is forgotten in time_s: a Gauss-Markov process, integrated.
+  // Displacement by a velocity with correlation time time_s: an integrated Gauss-Markov process.
   const double way2 = 2 * slide2 * time_s * (step.dt_s - time_s * (1 - lasts));
   P.topLeftCorner<3, 3>() += way2 * G.col(1) * G.col(1).transpose();
   state_.motion.col(3) += slide2 * moved_by_.col(3);
 }
 
-/// C of (6). The slow states only fade: the pose alone takes a product.
+/// C of (6). The slow states only fade, so only the pose needs a product.
 void Riekf::carry_correlations(const SlowVector& slow_fade, double landmarks_fade) {
   const Eigen::Matrix<double, 3, 8> to_pose = transition_.topRows<3>();
   const auto carry = [&](auto C, double fades) {
@@ -182,7 +183,7 @@ void Riekf::carry_correlations(const SlowVector& slow_fade, double landmarks_fad
     if (state_.met[i] != 0) carry(block(static_cast<int>(i)), landmarks_fade);
 }
 
-void Riekf::observe_standing(double yaw_rate_rad_s, double sigma_rad_s) {
+void Riekf::observe_zero_velocity(double yaw_rate_rad_s, double sigma_rad_s) {
   constexpr Eigen::Index kBias = 5;
   const double S = state_.P(kBias, kBias) + sigma_rad_s * sigma_rad_s;
   if (!(S > 0) || state_.P(kBias, kBias) <= 0) return;
@@ -206,10 +207,10 @@ SE2 Riekf::corrected(const StateVector& correction) const {
   return {X.x() + e.x(), X.y() + e.y(), X.yaw() + e.z()};
 }
 
-StateMatrix Riekf::covariance_but_for_lasting() const {
+StateMatrix Riekf::conditional_covariance() const {
   StateMatrix P = state_.P;
   const auto without = [&P](const StateByBias& C, const Matrix6& Pi) {
-    // What is known exactly has no correlation; the pivot keeps its inverse finite.
+    // A state without variance has no correlation; the added diagonal keeps the inverse finite.
     const Matrix6 regular = Pi + 1e-12 * Matrix6::Identity();
     P -= C * regular.ldlt().solve(C.transpose());
   };
@@ -220,10 +221,10 @@ StateMatrix Riekf::covariance_but_for_lasting() const {
   return internal::symmetrized<8>(P);
 }
 
-// What an observation does to the estimate, (8) to (11).
+// Effect of an observation on the estimate, (8) to (11).
 namespace {
 
-/// S = L L' becomes the inverse of L; false when S is not positive definite.
+/// Replaces S = L L' by the inverse of L; false if S is not positive definite.
 bool invert_root(Eigen::Matrix<double, 8, 8>& S) {
   Eigen::Matrix<double, 8, 8> inverse = Eigen::Matrix<double, 8, 8>::Zero();
   for (Eigen::Index j = 0; j < 8; ++j) {
@@ -250,7 +251,7 @@ bool invert_root(Eigen::Matrix<double, 8, 8>& S) {
 
 using Block = Eigen::Matrix<double, 8, 8>;
 
-/// r' S^-1 r; infinite when S is not positive definite.
+/// r' S^-1 r; infinite if S is not positive definite.
 double mahalanobis2(const Block& S, const Eigen::Matrix<double, 8, 1>& r, double& determinant) {
   Block L = S;
   Eigen::Matrix<double, 8, 1> y = r;
@@ -269,15 +270,15 @@ double mahalanobis2(const Block& S, const Eigen::Matrix<double, 8, 1>& r, double
   return sum;
 }
 
-// Half of a triangle is nothing: products by quarters leave it out, as long as it is a quarter.
+// The upper right 4 x 4 block of a triangular factor is zero and is skipped.
 
-/// The lower triangle of S less that of A A'.
+/// The lower triangle of S minus that of A A'.
 void subtract_square(const Block& A, Block& S) {
   S.topLeftCorner<4, 4>() -= A.topRows<4>().lazyProduct(A.topRows<4>().transpose());
   S.bottomRows<4>() -= A.bottomRows<4>().lazyProduct(A.transpose());
 }
 
-/// L A, L lower triangular.
+/// L A with L lower triangular.
 Block lower_times(const Block& L, const Block& A) {
   Block LA;
   LA.topRows<4>() = L.topLeftCorner<4, 4>().lazyProduct(A.topRows<4>());
@@ -285,7 +286,7 @@ Block lower_times(const Block& L, const Block& A) {
   return LA;
 }
 
-/// L' A, L lower triangular.
+/// L' A with L lower triangular.
 Block upper_times(const Block& L, const Block& A) {
   Block LA;
   LA.topRows<4>() = L.leftCols<4>().transpose().lazyProduct(A);
@@ -293,7 +294,7 @@ Block upper_times(const Block& L, const Block& A) {
   return LA;
 }
 
-/// A L', L lower triangular.
+/// A L' with L lower triangular.
 Block times_upper(const Block& A, const Block& L) {
   Block AL;
   AL.leftCols<4>() = A.leftCols<4>().lazyProduct(L.topLeftCorner<4, 4>().transpose());
@@ -308,7 +309,7 @@ Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const {
   return z.H_pose * to_error();
 }
 
-/// An earlier look was from where the robot was then.
+/// Derivative of the residual with respect to the latency: an earlier observation is from an earlier pose.
 Eigen::Matrix<double, 8, 1> Riekf::H_camera_latency(const Linearised& z) const {
   return -z.H_pose.lazyProduct(state_.map_T_base.adjoint() * state_.velocity);
 }
@@ -334,8 +335,8 @@ void Riekf::start_moved_by_systematic(const Batch& batch, int count) {
   state_.by_systematic.topRows<3>() = information.ldlt().solve(shown);
 }
 
-// Eigen takes its kernel for large matrices from eight by eight on, which costs more than such a product:
-// lazyProduct() multiplies on the spot.
+// From 8 x 8 on, Eigen uses its kernel for large matrices, which costs more than such a product;
+// lazyProduct() multiplies directly.
 Riekf::Reach Riekf::reach(const Linearised& z) const {
   const Eigen::Matrix<double, 8, 3> H = H_of(z);
   const Eigen::Matrix<double, 3, 8> Ht = H.transpose();
@@ -385,8 +386,8 @@ double Riekf::nis(const Linearised& z, int place) {
   return nis;
 }
 
-/// Cholesky by blocks of eight in place of the lower triangle, the inverse of L on the diagonal; false when S
-/// has none.
+/// Cholesky factorisation by 8 x 8 blocks, in place of the lower triangle, with the inverse of L on the
+/// diagonal; false if S is not positive definite.
 bool Riekf::factorize(int count) {
   for (int j = 0; j < count; ++j) {
     for (int i = j; i < count; ++i) {
@@ -428,7 +429,7 @@ StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& of
 
 void Riekf::correct(const Batch& batch, int count, const StateVector& correction) {
   if (!sound_) return;
-  // With the best gain (11) is P - K S K': W is S^-1/2 of what K is made of.
+  // With the optimal gain, (11) is P - K S K'; W is S^-1/2 times the transpose of the cross-covariance.
   for (int i = 0; i < count; ++i) {
     const Block& W = W_[static_cast<std::size_t>(i)];
     state_.P -= W.transpose().lazyProduct(W);

@@ -9,12 +9,12 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/geometry/se2.hpp"
 
-/// The filter itself: propagation and update. When and with what is its caller's. Numbers in brackets are the
-/// equations of docs/concepts/localization.md.
+/// The filter: propagation and update. RiekfLocalizer and Tracker decide when and with what. Numbers in
+/// brackets are the equations of docs/concepts/localization.md.
 namespace waymark {
 
-/// How far the motion that is measured may be from the true one. All densities: they are multiplied by the
-/// distance, the turn or the time of a step and its rate does not matter.
+/// Noise of the measured motion. All values are densities: they are multiplied by the distance, rotation or
+/// duration of a step, so the result does not depend on the sample rate.
 struct MotionNoise {
   double along_m_sqrt_m = 0.01;
   double across_m_sqrt_m = 0.01;
@@ -33,10 +33,10 @@ struct MotionNoise {
   double crab_share = 0;
   double slow_time_s = 300;
   double slip_share = 1;
-  /// No setting of a robot's: the parts a look divides a message of motion into err apart, so that the
-  /// covariance does not depend on where it divides. A search for the latency compares runs that differ in
-  /// just that.
-  bool parts_err_apart = false;
+  /// Not a setting of the robot. The errors of the parts of an odometry message that an observation divides
+  /// are independent, so that the covariance does not depend on where the message is divided. A search for
+  /// the latency compares runs that differ only in that.
+  bool independent_parts = false;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -52,8 +52,8 @@ struct MotionNoise {
           Field{"yaw_rad_sqrt_s", "Heading noise while moving, rad per square root of a second.", 0, 10});
     visit(self.wheel_yaw_rad_sqrt_m,
           Field{"wheel_yaw_rad_sqrt_m",
-                "Heading noise of driving that is added where the odometry tells the rotation, and not a "
-                "gyro, rad per square root of a metre.",
+                "Additional heading noise of driving if the rotation is from odometry instead of a gyro, rad "
+                "per square root of a metre.",
                 0, 10});
     visit(self.drift_m_sqrt_s,
           Field{"drift_m_sqrt_s", "Noise of x and y at rest and in motion, m per square root of a second.", 0,
@@ -96,12 +96,12 @@ struct MotionNoise {
   }
 };
 
-/// What the filters are told. Which error coordinates it uses makes a filter the right-invariant or the plain
-/// one; all else is the same.
+/// Options of the filters. The right-invariant filter and the plain EKF differ only in their error
+/// coordinates.
 struct RiekfOptions {
   MotionNoise motion{};
-  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px): weighs them against the predicted
-  /// pose. corner_noise_ratio scales it, and the covariances of detections as well.
+  /// For corners without a covariance (as TagPoseOptions::corner_sigma_px): their weight against the
+  /// predicted pose. corner_noise_ratio scales it, and the covariances of detections as well.
   double corner_sigma_px = 0.3;
   double corner_noise_ratio = 1;
   double tag_sigma_m = 0.002;
@@ -218,32 +218,32 @@ using StateVector = Eigen::Matrix<double, 8, 1>;
 using StateMatrix = Eigen::Matrix<double, 8, 8>;
 using StateByMotion = Eigen::Matrix<double, 8, 4>;
 
-/// Numbers that a filter is given and takes for right: the mounting of the sensor (left tangent in base: x,
-/// y, z, roll, pitch, yaw), the logarithm of its scale (focal length, or of distances), its latency [s], and
-/// the scales of the distance and of the turn by odometry.
+/// Number of parameters that a filter assumes to be exact: mounting of the sensor (left tangent in base: x,
+/// y, z, roll, pitch, yaw), logarithm of its scale (focal length, or scale of distances), its latency [s],
+/// and the odometry scales of distance and of yaw.
 inline constexpr int kSystematic = 10;
 using SystematicVector = Eigen::Matrix<double, kSystematic, 1>;
 using SystematicMatrix = Eigen::Matrix<double, kSystematic, kSystematic>;
 using StateBySystematic = Eigen::Matrix<double, 8, kSystematic>;
 
-/// In which coordinates the error lives: (1) X = Exp(xi) Xhat, or (12) x, y and yaw as numbers.
+/// Error coordinates: (1) X = Exp(xi) Xhat, or (12) differences of x, y and yaw.
 enum class ErrorState : std::uint8_t { RightInvariant, Coordinates };
 
-/// A stretch of motion in base axes, as measured: constant twist over dt.
+/// A measured motion in base axes: constant twist over dt.
 struct MotionStep {
   Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< log of the motion: x, y [m], yaw [rad]
   double dt_s = 0;
-  double yaw_dispute_rad = 0;  ///< how far gyro and wheels are apart in it
-  bool standing = false;       ///< nothing moved; twist.z() is then what the gyro said nonetheless
-  bool jumped = false;         ///< nobody knows where to: the twist says nothing
-  double extra_m2 = 0;         ///< further variance of x and y, of the heading: motion that is guessed
+  double yaw_disagreement_rad = 0;  ///< difference of the turns by gyro and by wheels
+  bool standing = false;            ///< standstill; twist.z() is then the reading of the gyro
+  bool jumped = false;              ///< to an unknown pose; the twist is invalid
+  double extra_m2 = 0;  ///< additional variance of x and y, and of the heading, if the motion is extrapolated
   double extra_rad2 = 0;
-  double share = 1;        ///< of what one message says, when a look divides it
-  bool continues = false;  ///< an earlier part of the message went before
+  double share = 1;        ///< of one message, if an observation divides it
+  bool continues = false;  ///< not the first part of its message
 };
 
-/// What one observation says, whitened and linearised at the estimate: residual (predicted minus measured)
-/// and its derivatives. Rows beyond `rows` are not used.
+/// One observation, whitened and linearised at the estimate: residual (predicted minus measured) and its
+/// derivatives. Rows beyond `rows` are unused.
 struct Linearised {
   int landmark = 0;
   int rows = 0;
@@ -252,32 +252,32 @@ struct Linearised {
   Eigen::Matrix<double, 8, 6> H_mount =
       Eigen::Matrix<double, 8, 6>::Zero();  ///< for the mounting of the sensor, left tangent in base
   Eigen::Matrix<double, 8, 6> H_tag =
-      Eigen::Matrix<double, 8, 6>::Zero();  ///< for (place in map axes, turn about its own centre)
+      Eigen::Matrix<double, 8, 6>::Zero();  ///< for (position in map axes, rotation about its own centre)
   Eigen::Matrix<double, 8, 1> H_scale =
       Eigen::Matrix<double, 8, 1>::Zero();  ///< for the logarithm of the sensor's scale
 };
 
-/// The estimate and what is doubted of it.
+/// State of the filter with its covariances.
 struct RiekfState {
   SE2 map_T_base{};
   SlowVector slow =
       SlowVector::Zero();  ///< distance scale - 1, yaw scale - 1, yaw bias [rad/s], slip [s], crab [rad]
   StateMatrix P = StateMatrix::Zero();  ///< of (xi, slow)
-  /// 8 x 6(1 + landmarks): covariance with the errors that stay, of the mounting and of each landmark.
+  /// 8 x 6(1 + landmarks): covariance with the considered errors, of the mounting and of each landmark.
   Eigen::Matrix<double, 8, Eigen::Dynamic> C{};
-  /// Covariance with the error of the message of motion under way (its twist), and with the speed of sliding.
+  /// Covariance with the error of the current motion message (its twist) and with the sliding velocity.
   StateByMotion motion = StateByMotion::Zero();
-  /// d(error) / d(errors of the numbers of kSystematic): how far each of them moves the estimate.
+  /// d(error) / d(errors of the parameters of kSystematic): by how much each of them moves the estimate.
   StateBySystematic by_systematic = StateBySystematic::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< in base, of the last step [m/s, rad/s]
-  /// Of which landmarks anything was seen: the others' part of C is zero.
+  /// 1 for landmarks that have been observed; the part of C of all others is zero.
   std::vector<std::uint8_t> met{};
 };
 
-/// Right-invariant EKF on SE(2) with slow states of the motion, and with the errors of the mounting and of
-/// each landmark considered but not estimated (Schmidt, "Application of State-Space Methods to Navigation
-/// Problems", 1966). After Barrau and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer",
-/// IEEE TAC 62(4), 2017. No allocation after construction.
+/// Right-invariant EKF on SE(2) with slow states of the motion. Errors of the mounting and of each landmark
+/// are considered but not estimated (Schmidt, "Application of State-Space Methods to Navigation Problems",
+/// 1966). After Barrau and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer", IEEE TAC
+/// 62(4), 2017. No allocation after construction.
 class Riekf {
  public:
   static constexpr int kMaxBatch = 8;  ///< observations in one update
@@ -286,21 +286,19 @@ class Riekf {
   Riekf(const RiekfOptions& options, ErrorState error,
         const std::vector<Eigen::Matrix<double, 6, 6>>& landmarks);
 
-  /// Starts at a pose with the covariance of xi (left tangent in map). What was learnt of the motion is kept
-  /// when `keep_slow`.
+  /// Starts at a pose with the covariance of xi (left tangent in map). Keeps the slow states if `keep_slow`.
   void start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool keep_slow);
-  /// The start was found by these: errors of the numbers of kSystematic moved it already, so that they show
-  /// least in what was seen.
+  /// The start pose was computed from these observations. It already contains the effect of errors of the
+  /// parameters of kSystematic, so that the residuals show least of them.
   void start_moved_by_systematic(const Batch& batch, int count);
   /// (4) to (6), (19), (20). O(landmarks).
   void propagate(const MotionStep& step);
-  /// Squared Mahalanobis distance of an observation from what is expected of it: chi-square with `rows`
-  /// degrees of freedom when all is well, (9). `place` is where it will stand in the batch if it is used.
+  /// Squared Mahalanobis distance of an observation from its prediction: chi-square with `rows` degrees of
+  /// freedom for a consistent filter, (9). `place` is the index in the batch that it gets if it is used.
   [[nodiscard]] double nis(const Linearised& z, int place = 0);
-  /// (8) to (11) for the first `count` of a batch, all linearised at the state `offset` away from the
-  /// present one (iterated update; zero: the present one). Gives the correction; does not apply it.
-  /// `expected`: nis() has been asked of each at its place since the state changed, and need not be asked
-  /// again.
+  /// Computes the correction, (8) to (11), for the first `count` of a batch, all linearised at the state
+  /// `offset` away from the present one (iterated update; zero: the present one). Does not apply it.
+  /// `expected`: nis() has been computed for each at its place since the state changed and is not repeated.
   [[nodiscard]] StateVector gain(const Batch& batch, int count, const Eigen::Vector3d& offset,
                                  bool expected = false);
   /// Applies the correction of the last gain() and its covariance, (10), (11).
@@ -310,9 +308,9 @@ class Riekf {
 
   [[nodiscard]] const RiekfState& state() const { return state_; }
   void set_state(const RiekfState& state) { state_ = state; }
-  /// The robot stands and something says that it turns: that is the bias of the yaw rate, (7).
-  void observe_standing(double yaw_rate_rad_s, double sigma_rad_s);
-  /// Of xi, in the left tangent, whatever the coordinates of the error.
+  /// Zero-velocity update: at standstill a measured yaw rate is the bias of the yaw rate, (7).
+  void observe_zero_velocity(double yaw_rate_rad_s, double sigma_rad_s);
+  /// Covariance of xi in the left tangent, independent of the error coordinates.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
   /// Logarithm of the determinant of S of the last nis().
   [[nodiscard]] double log_det() const { return log_det_; }
@@ -320,27 +318,27 @@ class Riekf {
   [[nodiscard]] const Eigen::Matrix<double, 8, 8>& innovation_covariance(int place) const {
     return S_[index_of(place, place)];
   }
-  /// What errors of the numbers of kSystematic do to the residual of an observation, with what they did to
-  /// the estimate until now.
+  /// Effect of errors of the parameters of kSystematic on the residual of an observation, including their
+  /// effect on the estimate so far.
   [[nodiscard]] StateBySystematic sensitivity(const Linearised& z) const;
-  /// Covariance of xi, in the left tangent, that errors of those numbers of this covariance add.
+  /// Covariance of xi, in the left tangent, that errors of those parameters with this covariance add.
   [[nodiscard]] Eigen::Matrix3d covariance_of(const SystematicMatrix& errors) const;
-  /// P if the errors that stay were known: what looks teach and time takes away.
-  [[nodiscard]] StateMatrix covariance_but_for_lasting() const;
+  /// Conditional covariance of the state given the considered (mounting, landmark) errors.
+  [[nodiscard]] StateMatrix conditional_covariance() const;
   /// d(error after) / d(error before) of the last propagate().
   [[nodiscard]] const StateMatrix& last_transition() const { return transition_; }
-  /// What covariance after and before it have in common beyond that: errors of motion that went on.
-  [[nodiscard]] StateMatrix last_motion_in_common() const {
+  /// Additional cross-covariance of the states after and before: errors of motion that last beyond a step.
+  [[nodiscard]] StateMatrix last_motion_cross_covariance() const {
     return moved_by_.lazyProduct(motion_before_.transpose());
   }
 
  private:
   using Block = Eigen::Matrix<double, 8, 8>;
-  /// An observation's side of the innovation's covariance: block (a, b) is left(a) times right(b), (9).
+  /// An observation's part of the covariance of the innovation: block (a, b) is left(a) times right(b), (9).
   struct Reach {
     Block cross;                         ///< covariance of state and residual: P H' + C N'
     Eigen::Matrix<double, 8, 12> left;   ///< H, M, T C_t'
-    Eigen::Matrix<double, 12, 8> right;  ///< of cross the pose; M's errors; H'
+    Eigen::Matrix<double, 12, 8> right;  ///< pose rows of cross; errors of M; H'
   };
   [[nodiscard]] Eigen::Matrix3d to_error() const;  ///< d xi / d error
   [[nodiscard]] Reach reach(const Linearised& z) const;
@@ -370,8 +368,8 @@ class Riekf {
   RiekfState state_;
   std::array<Reach, kMaxBatch> reach_;
   std::array<Block, std::size_t{kMaxBatch} * kMaxBatch>
-      S_;                                                 ///< lower triangle by blocks; its factor L in place
-  std::array<Block, kMaxBatch> W_;                        ///< L^-1 (P H' + C N')'
+      S_;                           ///< lower triangle by blocks; replaced by its factor L
+  std::array<Block, kMaxBatch> W_;  ///< L^-1 (P H' + C N')'
   std::array<Eigen::Matrix<double, 8, 1>, kMaxBatch> y_;  ///< L^-1 r
   double log_det_ = 0;
   bool sound_ = false;  ///< S could be factorized

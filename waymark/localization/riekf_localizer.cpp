@@ -13,9 +13,11 @@ namespace {
 
 constexpr Duration kWindow = std::chrono::seconds(1);
 constexpr Duration kBetweenSnapshots = std::chrono::milliseconds(100);
-/// Longer than this nobody waits for odometry before a look is used.
+/// Root: 2, the ratio of actual to assumed means of innovations above which problems() reports
+/// overconfidence.
 constexpr double kLastingTooLarge = 4;
-constexpr Duration kPatience = std::chrono::milliseconds(250);
+/// Maximum time that a frame waits for odometry.
+constexpr Duration kMaxWait = std::chrono::milliseconds(250);
 
 }  // namespace
 
@@ -32,7 +34,7 @@ void RiekfLocalizer::start_from(const SE2& map_T_base, double sigma_m, double si
   tracker_.start_from(map_T_base, sigma_m, sigma_rad);
 }
 
-/// What comes late from before is of another estimate: nobody goes back behind this moment.
+/// Late samples from before the restart belong to the former estimate: snapshots before it are discarded.
 bool RiekfLocalizer::restart_from(const GivenPose& given) {
   tracker_.restart_from(given);
   snapshot_first_ = 0;
@@ -51,7 +53,7 @@ void RiekfLocalizer::snapshot() {
   tracker_.save(snapshot_at(snapshot_count_++));
 }
 
-/// Back to a moment before; false when that is too long ago.
+/// Rewinds to a time before `before`; false if it is older than all snapshots.
 bool RiekfLocalizer::rewind(SensorTime before) {
   while (snapshot_count_ > 0 && snapshot_at(snapshot_count_ - 1).stamp >= before) --snapshot_count_;
   if (snapshot_count_ == 0) return false;
@@ -60,17 +62,17 @@ bool RiekfLocalizer::rewind(SensorTime before) {
   return true;
 }
 
-/// Where a look of this time belongs; nullptr when it comes too late.
+/// Slot for a frame of this stamp; nullptr if it is too late.
 FrameObservations* RiekfLocalizer::place(SensorTime stamp) {
   const TrackState& now = tracker_.state();
   if (!now.started) {
-    if (timeline_.empty() && moved_) return nullptr;  // before the first motion is known
+    if (timeline_.empty() && moved_) return nullptr;  // before the first motion
     tracker_.start_at(stamp);
   }
   if (stamp < now.stamp) {
     const bool reachable = snapshot_count_ > 0 && snapshot_at(0).stamp < stamp;
     if (!reachable) {
-      if (now.stamp - stamp > kWindow) ++too_late_;  // else it is from before anything was known
+      if (now.stamp - stamp > kWindow) ++too_late_;  // otherwise it is from before initialisation
       return nullptr;
     }
     rewind(stamp);
@@ -88,7 +90,7 @@ void RiekfLocalizer::advance_to(SensorTime stamp) {
   }
 }
 
-/// Up to where motion is known, looks in their order.
+/// Processes frames in order, up to the end of the available motion.
 void RiekfLocalizer::run() {
   const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
   for (std::size_t i = 0; i < timeline_.frames(); ++i) {
@@ -107,24 +109,26 @@ void RiekfLocalizer::run() {
   timeline_.forget_before(tracker_.state().stamp - kWindow - kBetweenSnapshots * 3);
 }
 
-/// A look that waited in vain for odometry gets a guess.
+/// Extrapolates the motion for a frame whose odometry did not arrive in time.
 void RiekfLocalizer::cover(SensorTime stamp) {
   const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
-  if (stamp <= covered || (moved_ && stamp - covered < kPatience)) return;
+  if (stamp <= covered || (moved_ && stamp - covered < kMaxWait)) return;
   timeline_.add(input_.guess(covered, stamp));
 }
 
-/// One Gauss-Newton step each time that the innovations are sure of it; they are then collected anew.
+/// One Gauss-Newton step whenever the innovations show a significant error; they are then collected again
+/// from zero.
 void RiekfLocalizer::correct_camera_latency() {
   constexpr Eigen::Index kCameraLatencyIndex = 7;
-  constexpr Duration kFarthest = std::chrono::milliseconds(300);
+  constexpr Duration kMaxCorrection = std::chrono::milliseconds(300);
   const auto& suspect = tracker_.suspect();
   if (!estimates_camera_latency_ || !suspect || suspect->suspect != Suspect::CameraLatency ||
       !tracker_.sees_corners())
     return;
   const Duration found =
       camera_latency_ + Duration(std::llround(suspect->fit.value[kCameraLatencyIndex] * 1e9));
-  if (found - given_camera_latency_ > kFarthest || given_camera_latency_ - found > kFarthest) return;
+  if (found - given_camera_latency_ > kMaxCorrection || given_camera_latency_ - found > kMaxCorrection)
+    return;
   camera_latency_ = found;
   tracker_.forget_systematic();
 }
@@ -147,7 +151,7 @@ void RiekfLocalizer::add(const TagFrame& frame) {
     if (slot->count < FrameObservations::kMaxObservations)
       slot->seen[slot->count++] = *observation;
     else
-      ++crowded_;
+      ++over_limit_;
   }
   newest_ = *slot;
   cover(stamp);
@@ -209,9 +213,9 @@ void RiekfLocalizer::add(const Odometry& odometry) {
   const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
   if (!tracker_.state().started) {
     tracker_.start_at(segment->from);
-  } else if (segment->from < covered && covered < segment->to) {  // part of it was guessed
+  } else if (segment->from < covered && covered < segment->to) {  // part of it was extrapolated
     segment->step = segment->part(covered, segment->to);
-    segment->step.share = 1;  // what was guessed of it was wrong by numbers of its own
+    segment->step.share = 1;  // the extrapolated part has an independent error
     segment->step.continues = false;
     segment->from = covered;
   } else if (segment->to <= covered) {
@@ -230,52 +234,53 @@ void RiekfLocalizer::add(const Odometry& odometry) {
 
 std::vector<std::string> RiekfLocalizer::problems() const {
   std::vector<std::string> all = tracker_.watch().findings();
-  const auto say = [&](int count, const char* thing, const char* words) {
-    if (count > 0) all.push_back(fmt::format(fmt::runtime(words), counted(count, thing)));
+  const auto report = [&](int count, const char* thing, const char* text) {
+    if (count > 0) all.push_back(fmt::format(fmt::runtime(text), counted(count, thing)));
   };
-  if (frames_ > 0 && observations_ == 0) all.emplace_back("no tag was seen in any picture");
+  if (frames_ > 0 && observations_ == 0) all.emplace_back("no tag was detected in any image");
   if (observations_ > 0 && mapped_ == 0)
     all.push_back(other_family_ > 0
-                      ? "the tags that were seen are of another family than those of the map"
-                      : "none of the tags that were seen is in the map: is it the map of this place?");
+                      ? "the observed tags are of another family than those of the map"
+                      : "none of the observed tags is in the map. Is it the map of this place?");
   if (tracker_.state().starts == 0 && mapped_ > 0)
     all.emplace_back(
-        "never two tags of the map in view that agreed about where the robot is: were there two? Do their "
-        "sizes, "
-        "the camera and its mounting match, and is it the map of this place?");
-  if (!moved_ && frames_ > 0) all.emplace_back("there is no odometry: motion between pictures is guessed");
-  say(input_.not_forwards(), "motion sample", "left out, with stamps that do not go forwards: {}");
-  say(input_.not_finite(), "motion sample", "left out, as not finite: {}");
-  say(too_late_, "picture", "left out, as more than a second late: {}");
-  say(crowded_, "tag", "left out, beyond the sixteenth of a picture: {}");
-  say(input_.jumps(), "time",
-      "odometry jumped {}, further than a robot can drive or after seconds of silence (set back, "
-      "another "
-      "clock, or two drives in one recording): the robot was looked for anew after each");
-  say(tracker_.state().starts - 1 - input_.jumps() - tracker_.refused_starts() - tracker_.restarts(), "time",
-      "tags contradicted where the robot was taken to be, and it was lost and found again, {}: it was "
-      "carried, its wheels told the way wrongly, or pictures and motion are not stamped by one clock");
+        "no two map tags in view ever agreed on the pose of the robot. Check that two tags are visible at "
+        "once, "
+        "that tag sizes, camera and mounting are correct, and that it is the map of this place");
+  if (!moved_ && frames_ > 0) all.emplace_back("no odometry; the motion between images is extrapolated");
+  report(input_.not_forwards(), "motion sample", "ignored because their stamps do not increase: {}");
+  report(input_.not_finite(), "motion sample", "ignored because they are not finite: {}");
+  report(too_late_, "image", "ignored because they are more than 1 s late: {}");
+  report(over_limit_, "tag", "ignored beyond the limit of 16 per image: {}");
+  report(input_.jumps(), "time",
+         "odometry jumped {}: farther than a robot can drive, or after seconds of silence (counter reset, "
+         "another clock, or two drives in one recording). The pose was re-initialised after each jump");
+  report(
+      tracker_.state().starts - 1 - input_.jumps() - tracker_.refused_starts() - tracker_.restarts(), "time",
+      "tags contradicted the estimate, and the pose was lost and recovered {}. The robot was moved by hand, "
+      "wheel odometry is wrong, or images and odometry are stamped by different clocks");
   if (tracker_.refused_starts() > 0)
-    all.push_back(fmt::format("the tags that were seen do not agree with {}: the robot {}",
-                              tracker_.restarts() > 0 ? "the pose that was given" : "the assumed start",
+    all.push_back(fmt::format("the observed tags contradict {}; the robot {}",
+                              tracker_.restarts() > 0 ? "the given pose" : "the assumed start",
                               tracker_.state().mode == TrackMode::Certain
                                   ? "was localised from the tags alone"
-                                  : "is not localised, as no two tags that agree were seen since"));
+                                  : "is not localised, because no two tags have agreed since"));
   if (camera_latency_ != given_camera_latency_)
     all.push_back(fmt::format(
-        "the camera latency is {:.3f} s by the innovations, not {:.3f} s: that is used since it was found. "
-        "Set it with `camera_latency_s`, or run `waymark calibrate robot` and give the result with "
+        "the innovations show a camera latency of {:.3f} s instead of {:.3f} s; it is used since it was "
+        "found. "
+        "Set it with `camera_latency_s`, or run `waymark calibrate robot` and pass the result with "
         "`calibration`",
         to_seconds(camera_latency_), to_seconds(given_camera_latency_)));
   if (const auto& suspect = tracker_.suspect()) {
     all.push_back(describe(*suspect, tracker_.sees_corners()));
   } else if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge) {
-    all.push_back(
-        fmt::format("means of innovations of one tag are {:.1f} times as large as assumed: the estimate is "
-                    "overconfident. The tags are known worse than the map and `tag_sigma_m` say",
-                    std::sqrt(*lasting)));
+    all.push_back(fmt::format(
+        "means of the innovations of one tag are {:.1f} times as large as assumed: the estimate is "
+        "overconfident, because tag errors exceed those of the map and of `tag_sigma_m`",
+        std::sqrt(*lasting)));
   }
-  say(tracker_.broken(), "time", "the filter broke {} and began anew");
+  report(tracker_.broken(), "time", "the filter diverged and was re-initialised {}");
   return all;
 }
 

@@ -6,10 +6,10 @@
 
 namespace waymark {
 
-/// The right-invariant filter fed sample by sample: motion of wheels and gyro, tags by corners, poses or
-/// points, ranges and bearings. Samples may be late by up to a second: they are put where they belong and
-/// what came after is done again, with the same result as in order. Equations: docs/concepts/localization.md.
-/// All memory is taken at construction.
+/// The right-invariant filter fed sample by sample: motion from wheels and gyro; tags as corners, poses or
+/// points; ranges and bearings. Samples may be up to one second late: they are inserted at their stamp and
+/// later samples are processed again, with the same result as in order. Equations:
+/// docs/concepts/localization.md. All memory is allocated at construction.
 class RiekfLocalizer final : public LocalizationMethod {
  public:
   RiekfLocalizer(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options = {},
@@ -30,8 +30,8 @@ class RiekfLocalizer final : public LocalizationMethod {
   bool restart_from(const GivenPose& given) override;
   [[nodiscard]] RiekfLocalizer* filter() override { return this; }
 
-  /// From now on a camera latency that the innovations show to be another than was given is estimated, and
-  /// used.
+  /// Estimates the camera latency from now on if the innovations show that the given one is wrong, and uses
+  /// the estimate.
   void estimate_camera_latency() { estimates_camera_latency_ = true; }
   [[nodiscard]] double camera_latency_s() const { return to_seconds(camera_latency_); }
 
@@ -56,22 +56,22 @@ class RiekfLocalizer final : public LocalizationMethod {
   MotionInput input_;
   Timeline timeline_;
   Tracker tracker_;
-  std::vector<TrackState> snapshots_;  ///< a ring, oldest first
+  std::vector<TrackState> snapshots_;  ///< ring buffer, oldest first
   std::size_t snapshot_first_ = 0;
   std::size_t snapshot_count_ = 0;
   Duration camera_latency_;
   Duration given_camera_latency_;
   bool estimates_camera_latency_ = false;
-  bool moved_ = false;  ///< there was odometry
+  bool moved_ = false;  ///< odometry has been added
   FrameObservations* open_ = nullptr;
-  FrameObservations newest_{};  ///< picture, as it was seen
+  FrameObservations newest_{};  ///< observations of the newest image
   int too_late_ = 0;
   int rewinds_ = 0;
   int frames_ = 0;
   int observations_ = 0;
   int mapped_ = 0;
   int other_family_ = 0;
-  int crowded_ = 0;
+  int over_limit_ = 0;
 };
 
 }  // namespace waymark

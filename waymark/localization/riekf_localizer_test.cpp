@@ -1,13 +1,17 @@
-// The filter fed sample by sample in a ring of tags: late samples, lying tags, doubt, bad input.
+// The filter fed sample by sample in a ring of tags: late samples, wrong tags, uncertainty, invalid input.
 #include "waymark/localization/riekf_localizer.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/tag_ring.hpp"
 #include "waymark/geometry/lie.hpp"
 
@@ -24,12 +28,14 @@ using testing::RingRobot;
 using testing::RingWorld;
 using testing::run;
 
-bool says(const RiekfLocalizer& filter, const std::string& word) {
-  const auto all = filter.problems();
-  return std::ranges::any_of(all, [&](const std::string& s) { return s.find(word) != std::string::npos; });
+/// The findings of the filter, one per line.
+std::string findings(const RiekfLocalizer& filter) {
+  std::string lines;
+  for (const std::string& problem : filter.problems()) lines += problem + "\n";
+  return lines;
 }
 
-TEST(RiekfLocalizer, FindsItselfAndKeepsTrack) {
+TEST(RiekfLocalizer, InitialisesAndTracks) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   RingRobot robot;
   Random random(1);
@@ -40,8 +46,8 @@ TEST(RiekfLocalizer, FindsItselfAndKeepsTrack) {
   EXPECT_TRUE(filter.problems().empty());
 }
 
-/// What a camera saw through another lens, from another place on the robot.
-TagFrame look_with(const MountedCamera& camera, const SE2& map_X_base, double seconds, Random& random) {
+/// Detections of a camera with another lens and mounting.
+TagFrame frame_of(const MountedCamera& camera, const SE2& map_X_base, double seconds, Random& random) {
   TagFrame frame{.stamp = at(seconds), .camera = camera.name};
   const SE3 cam_T_map = (lift(map_X_base) * camera.base_T_cam).inverse();
   for (const auto& [id, tag] : ring().tags) {
@@ -55,7 +61,7 @@ TagFrame look_with(const MountedCamera& camera, const SE2& map_X_base, double se
   return frame;
 }
 
-TEST(RiekfLocalizer, ACameraThatLooksBackIsEnoughAndCountsByItsOwnMounting) {
+TEST(RiekfLocalizer, ARearCameraSufficesWithItsOwnMounting) {
   const PinholeRadtan lens{.fx = 380, .fy = 380, .cx = 310, .cy = 250, .k = {}, .coefficients = 0};
   const MountedCamera rear{
       .name = "rear",
@@ -69,18 +75,18 @@ TEST(RiekfLocalizer, ACameraThatLooksBackIsEnoughAndCountsByItsOwnMounting) {
     Random random(7);
     for (int i = 0; i < 600; ++i) {
       filter.add(robot.drive(0.02, random));
-      if (robot.steps % 4 == 0) filter.add(look_with(rear, robot.truth, robot.seconds, random));
+      if (robot.steps % 4 == 0) filter.add(frame_of(rear, robot.truth, robot.seconds, random));
     }
     return std::pair(certain(filter), off_m(filter, robot));
   };
   const auto [sure, off] = drive(eyes);
   EXPECT_TRUE(sure);
   EXPECT_LT(off, 0.02);
-  const auto [sure_without, off_without] = drive(mounted_sensor());
-  EXPECT_FALSE(sure_without && off_without < 0.1) << "by the mounting of the front camera nothing fits";
+  const auto [certain_without, off_without] = drive(mounted_sensor());
+  EXPECT_FALSE(certain_without && off_without < 0.1) << "nothing fits with the mounting of the front camera";
 }
 
-/// As observe(), each corner where its own row shows it while the robot drives on.
+/// Like observe(), with each corner at the time of its row while the robot drives.
 TagFrame observe_rolling(const SE2& map_X_base, double seconds, double readout_s, Random& random) {
   TagFrame frame = observe({}, map_X_base, seconds, random);
   const CameraModel& camera = *mounted_sensor().camera;
@@ -102,11 +108,11 @@ TagFrame observe_rolling(const SE2& map_X_base, double seconds, double readout_s
   return frame;
 }
 
-TEST(RiekfLocalizer, ARollingShutterThatIsKnownCostsNothing) {
-  constexpr double kReadout_s = 0.1;  // tags stand above the middle row: seen up to 20 ms early
-  const auto mean_nis = [&](double told_s, double& off) {
+TEST(RiekfLocalizer, AKnownReadoutTimeCorrectsTheRollingShutter) {
+  constexpr double kReadout_s = 0.1;  // tags are above the middle row: exposed up to 20 ms early
+  const auto mean_nis = [&](double readout_s, double& off) {
     RiekfOptions options;
-    options.camera_readout_s = told_s;
+    options.camera_readout_s = readout_s;
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor(), options);
     RingRobot robot;
     Random random(12);
@@ -130,16 +136,16 @@ TEST(RiekfLocalizer, ARollingShutterThatIsKnownCostsNothing) {
     off = std::sqrt(square / frames);
     return sum / rows;
   };
-  double off_told = 0;
-  double off_untold = 0;
-  const double told = mean_nis(kReadout_s, off_told);
-  const double untold = mean_nis(0, off_untold);
-  EXPECT_LT(told, 1.2);
-  EXPECT_GT(untold, 2 * told);
-  EXPECT_LT(off_told, 0.7 * off_untold) << off_told << " m against " << off_untold << " m";
+  double off_known = 0;
+  double off_unknown = 0;
+  const double known = mean_nis(kReadout_s, off_known);
+  const double unknown = mean_nis(0, off_unknown);
+  EXPECT_LT(known, 1.2);
+  EXPECT_GT(unknown, 2 * known);
+  EXPECT_LT(off_known, 0.7 * off_unknown) << off_known << " m against " << off_unknown << " m";
 }
 
-TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
+TEST(RiekfLocalizer, OneTagAloneIsReportedAsUncertain) {
   RingWorld world;
   const MappedTag only = world.tags.tags.at({.number = 0});
   world.tags.tags = {{{.number = 0}, only}};
@@ -154,8 +160,8 @@ TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
   EXPECT_FALSE(filter.estimate()->certain);
 }
 
-/// Frames up to a second late: the same numbers as in order.
-TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
+/// Frames up to one second late give the same estimate as frames in order.
+TEST(RiekfLocalizer, LateFramesGiveTheSameEstimate) {
   const auto estimate_with = [](int late_steps) {
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
     RingRobot robot;
@@ -163,7 +169,7 @@ TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
     std::vector<std::pair<int, TagFrame>> waiting;
     for (int i = 0; i < 400; ++i) {
       const Odometry odometry = robot.drive(0.02, random);
-      // Between two messages of odometry, and some out of order among themselves.
+      // Between two odometry messages, and some out of order.
       if (i % 4 == 0)
         waiting.emplace_back(i + (i % 8 == 0 ? late_steps : late_steps / 3),
                              observe({}, robot.truth, robot.seconds - 0.007, random));
@@ -184,7 +190,7 @@ TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
   }
 }
 
-TEST(RiekfLocalizer, DoubtGrowsInTheDarkAndGoesWithTheFirstTags) {
+TEST(RiekfLocalizer, SigmaGrowsInTheDarkAndShrinksWithTheFirstTags) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   RingRobot robot;
   Random random(4);
@@ -202,61 +208,65 @@ TEST(RiekfLocalizer, DoubtGrowsInTheDarkAndGoesWithTheFirstTags) {
   EXPECT_LT(off_m(filter, robot), 0.03);
 }
 
-struct Liar {
+struct WrongTag {
   const char* name;
   void (*change)(TagMap& tags);
-  const char* words;
-  bool map_lies = false;  ///< the map is changed, not what hangs on the walls
+  std::vector<std::string> parts;  ///< ids and values in the finding
+  bool map_is_wrong = false;       ///< the map is changed instead of the tags on the walls
 };
 
-class TagsThatLie : public ::testing::TestWithParam<Liar> {};
+class WrongTags : public ::testing::TestWithParam<WrongTag> {};
 
-TEST_P(TagsThatLie, AreNamedAndNotUsed) {
+TEST_P(WrongTags, AreReportedAndExcluded) {
   RingWorld world;
   TagMap map = ring();
-  GetParam().change(GetParam().map_lies ? map : world.tags);
+  GetParam().change(GetParam().map_is_wrong ? map : world.tags);
   RiekfLocalizer filter(Landmarks(map), mounted_sensor());
   RingRobot robot;
   Random random(5);
   run(filter, robot, world, 30, random);
-  EXPECT_TRUE(says(filter, GetParam().words)) << ::testing::PrintToString(filter.problems());
-  EXPECT_EQ(filter.problems().size(), 1U) << ::testing::PrintToString(filter.problems());
+  for (const std::string& part : GetParam().parts) EXPECT_THAT(findings(filter), ::testing::HasSubstr(part));
+  EXPECT_EQ(filter.problems().size(), 1U) << findings(filter);
+  testing::expect_on_page("localize", findings(filter));
   EXPECT_TRUE(certain(filter));
   EXPECT_LT(off_m(filter, robot), 0.03);
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    All, TagsThatLie,
-    ::testing::Values(Liar{"swapped",
-                           [](TagMap& real) {
-                             std::swap(real.tags.at({.number = 4}).map_T_tag,
-                                       real.tags.at({.number = 6}).map_T_tag);
-                           },
-                           "tag36h11:4 and tag36h11:6 are swapped"},
-                      Liar{"moved",
-                           [](TagMap& real) {
-                             SE3& T = real.tags.at({.number = 3}).map_T_tag;
-                             T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(-0.3, 0.4, 0));
-                           },
-                           "tag36h11:3 hangs 0.5"},
-                      // From nowhere on the way can a tag be seen that the map has there.
-                      Liar{"misplaced_by_kilometres",
-                           [](TagMap& map) {
-                             SE3& T = map.tags.at({.number = 3}).map_T_tag;
-                             T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(5000, 0, 0));
-                           },
-                           "tag36h11:3 hangs 5000.0", true},
-                      Liar{"misplaced_by_kilometres_the_other_way",
-                           [](TagMap& map) {
-                             SE3& T = map.tags.at({.number = 3}).map_T_tag;
-                             T = SE3(T.rotation(), T.translation() - Eigen::Vector3d(5000, 0, 0));
-                           },
-                           "tag36h11:3 hangs 5000.0", true},
-                      Liar{"larger", [](TagMap& real) { real.tags.at({.number = 8}).size_m = 0.2; },
-                           "tag36h11:8 seems to be 0.20"}),
+    All, WrongTags,
+    ::testing::Values(WrongTag{"swapped",
+                               [](TagMap& real) {
+                                 std::swap(real.tags.at({.number = 4}).map_T_tag,
+                                           real.tags.at({.number = 6}).map_T_tag);
+                               },
+                               {"tag36h11:4", "tag36h11:6"}},
+                      WrongTag{"moved",
+                               [](TagMap& real) {
+                                 SE3& T = real.tags.at({.number = 3}).map_T_tag;
+                                 T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(-0.3, 0.4, 0));
+                               },
+                               {"tag36h11:3", " 0.5"}},
+                      // The map position of the tag is not visible from anywhere on the path.
+                      WrongTag{"misplaced_by_kilometres",
+                               [](TagMap& map) {
+                                 SE3& T = map.tags.at({.number = 3}).map_T_tag;
+                                 T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(5000, 0, 0));
+                               },
+                               {"tag36h11:3", " 5000.0"},
+                               true},
+                      WrongTag{"misplaced_by_kilometres_in_the_opposite_direction",
+                               [](TagMap& map) {
+                                 SE3& T = map.tags.at({.number = 3}).map_T_tag;
+                                 T = SE3(T.rotation(), T.translation() - Eigen::Vector3d(5000, 0, 0));
+                               },
+                               {"tag36h11:3", " 5000.0"},
+                               true},
+                      WrongTag{"larger",
+                               [](TagMap& real) { real.tags.at({.number = 8}).size_m = 0.2; },
+                               {"tag36h11:8", " 0.20"}}),
     [](const auto& of) { return of.param.name; });
 
-TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
+TEST(RiekfLocalizer, ReportsInvalidInputAndIgnoresIt) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   RingRobot robot;
@@ -278,12 +288,12 @@ TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
   ASSERT_TRUE(filter.estimate());
   EXPECT_TRUE(filter.estimate()->covariance.allFinite());
   EXPECT_LT(off_m(filter, robot), 0.03);
-  EXPECT_TRUE(says(filter, "stamps that do not go forwards"));
-  EXPECT_TRUE(says(filter, "not finite"));
-  EXPECT_TRUE(says(filter, "late"));
+  EXPECT_GE(filter.problems().size(), 3U) << findings(filter);
+  EXPECT_EQ(filter.too_late(), 1);
+  testing::expect_on_page("localize", findings(filter));
 }
 
-TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
+TEST(RiekfLocalizer, ReportsAMapOfAnotherPlaceOrFamily) {
   Random random(7);
   TagMap others;
   for (const auto& [id, tag] : ring().tags) others.tags[{FamilyId::Tag25h9, id.number}] = tag;
@@ -291,17 +301,17 @@ TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
   RingRobot robot;
   run(other_family, robot, {}, 2, random);
   EXPECT_FALSE(other_family.estimate());
-  EXPECT_TRUE(says(other_family, "another family"));
+  testing::expect_on_page("localize", findings(other_family));
 
-  TagMap shuffled;  // every tag is somewhere else
+  TagMap shuffled;  // every tag is at another position
   for (const auto& [id, tag] : ring().tags) shuffled.tags[{.number = (7 * id.number + 3) % 16}] = tag;
   RiekfLocalizer nonsense(Landmarks(shuffled), mounted_sensor());
   run(nonsense, robot, {}, 4, random);
   EXPECT_FALSE(certain(nonsense));
 }
 
-/// Encoders that stand still for three seconds while the robot drives: the tags say that it moves.
-TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
+/// The encoders report standstill for three seconds while the robot drives; the tags show the motion.
+TEST(RiekfLocalizer, DetectsEncodersThatStopWhileTheRobotDrives) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   RingRobot robot;
   Random random(8);
@@ -311,10 +321,10 @@ TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
   int looks = 0;
   double worst_m = 0;
   for (int i = 0; i < 250; ++i) {
-    const SE2 stood = robot.odom;
+    const SE2 before = robot.odom;
     Odometry odometry = robot.drive(0.02, random);
     const bool stuck = i < 150;
-    if (stuck) odometry.odom_T_base = robot.odom = stood;
+    if (stuck) odometry.odom_T_base = robot.odom = before;
     filter.add(odometry);
     if (robot.steps % 4 != 0) continue;
     filter.add(observe({}, robot.truth, robot.seconds, random));
@@ -329,8 +339,8 @@ TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
   EXPECT_LT(squares / looks, 3) << "NEES of two, over two";
 }
 
-/// Pictures that are stamped 80 ms too late: found while the robot drives, and used from then on.
-TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
+/// Images stamped 80 ms too late: the latency is estimated during the drive and used from then on.
+TEST(RiekfLocalizer, EstimatesTheCameraLatencyDuringTheDrive) {
   for (const bool estimates : {false, true}) {
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
     if (estimates) filter.estimate_camera_latency();
@@ -358,7 +368,7 @@ TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
       continue;
     }
     EXPECT_NEAR(filter.camera_latency_s(), 0.08, 0.02);
-    EXPECT_TRUE(says(filter, "camera latency is"));
+    testing::expect_on_page("localize", findings(filter));
   }
 }
 

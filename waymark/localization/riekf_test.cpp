@@ -1,4 +1,4 @@
-// The laws of the filter: derivatives, invariance, order, agreement with a textbook filter.
+// Laws of the filter: derivatives, invariance, order, agreement with a textbook filter.
 #include "waymark/localization/riekf.hpp"
 
 #include <cmath>
@@ -29,7 +29,7 @@ MountedSensor mounted_sensor() {
   return {CameraModel::make(lens, 640, 480).value(), optical(0.1, -0.02)};
 }
 
-/// Tags in front of a robot near the origin that looks along x.
+/// Tags in front of a robot near the origin with heading along x.
 TagMap three_tags() {
   TagMap map;
   for (int i = 0; i < 3; ++i) {
@@ -49,7 +49,7 @@ TagDetection seen_from(const SE2& map_T_base, int number) {
   return detection;
 }
 
-/// An observation of every kind from a pose.
+/// Observations of every kind from a pose.
 std::vector<Observation> observations(const SE2& map_T_base, const Landmarks& map) {
   const RiekfOptions options;
   std::vector<Observation> all;
@@ -74,14 +74,14 @@ RiekfOptions exact_map() {
   return options;
 }
 
-TEST(Observation, ResidualIsZeroWhereItWasTaken) {
+TEST(Observation, ResidualIsZeroAtTheTruePose) {
   const Landmarks map(three_tags());
   const SE2 X(0.1, -0.2, 0.15);
   for (const Observation& s : observations(X, map))
     EXPECT_LT(linearise(s, map, mounted_sensor(), X)->residual.norm(), 1e-9);
 }
 
-TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
+TEST(Observation, DerivativesMatchNumericOnes) {
   const TagMap tags = three_tags();
   const Landmarks map(tags);
   const SE2 X(0.1, -0.2, 0.15);
@@ -104,9 +104,10 @@ TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
         },
         SE3::Tangent::Zero().eval(), 1e-4);
     Eigen::Matrix<double, 8, 6> planar = tag;
-    if (s.kind != ObservationKind::Corners) planar.middleCols<3>(2).setZero();  // what a floor does not show
+    if (s.kind != ObservationKind::Corners)
+      planar.middleCols<3>(2).setZero();  // components that are not observable on a floor
     EXPECT_LT((planar - z.H_tag).norm(), 1e-5 * (1 + z.H_tag.norm())) << static_cast<int>(s.kind);
-    if (s.kind == ObservationKind::PlanarPose) continue;  // there the mounting acts on the measured side
+    if (s.kind == ObservationKind::PlanarPose) continue;  // here the mounting acts on the measurement
     const auto mount = testing::numeric_jacobian<8, 6>(
         [&](const SE3::Tangent& e) {
           MountedSensor moved = mounted_sensor();
@@ -126,8 +127,8 @@ Riekf::Batch batch_of(const std::vector<Observation>& all, const Landmarks& map,
   return batch;
 }
 
-/// The same scene elsewhere: everything moved by one motion of the plane.
-TEST(Riekf, GainsDoNotDependOnWhereTheMapHasItsOrigin) {
+/// The same scene moved by one rigid motion of the plane.
+TEST(Riekf, GainsDoNotDependOnTheOriginOfTheMap) {
   const SE2 moved(30, -20, 2);
   const SE2 X(0.1, -0.2, 0.15);
   const SE2 guess = SE2::exp({0.05, 0.02, -0.03}) * X;
@@ -171,8 +172,8 @@ TEST(Riekf, TheOrderOfTagsInAFrameDoesNotMatter) {
   EXPECT_LT((forwards.P - backwards.P).norm(), 1e-12);
 }
 
-/// Considered errors: the same tag a thousand times is not a thousand tags.
-TEST(Riekf, AnErrorThatStaysIsNotAveragedAway) {
+/// Considered errors: a thousand observations of one tag are not a thousand independent tags.
+TEST(Riekf, ALastingErrorIsNotAveragedAway) {
   const Landmarks map(three_tags());
   const SE2 X(0.1, -0.2, 0.15);
   RiekfOptions options = exact_map();
@@ -188,7 +189,7 @@ TEST(Riekf, AnErrorThatStaysIsNotAveragedAway) {
   EXPECT_LT(deviation, 5 * sigma);
 }
 
-TEST(Riekf, BothFiltersAgreeWhereErrorsAreSmall) {
+TEST(Riekf, BothFiltersAgreeForSmallErrors) {
   const Landmarks map(three_tags());
   const SE2 X(5, -3, 0.15);
   TagMap tags = three_tags();
@@ -214,7 +215,7 @@ TEST(Riekf, BothFiltersAgreeWhereErrorsAreSmall) {
             0.02 * filters[0].covariance().norm());
 }
 
-// The laws of propagation: of time, of messages that are divided, of what is wrong and stays so.
+// Laws of propagation: time, divided messages, lasting errors.
 
 MotionNoise noiseless() {
   return {.along_m_sqrt_m = 0,
@@ -230,7 +231,7 @@ MotionNoise noiseless() {
           .slip_sigma_s = 0};
 }
 
-TEST(Riekf, GoesStraightThroughAYawRateOfExactlyZero) {
+TEST(Riekf, IsSmoothAtAYawRateOfZero) {
   Riekf straight(exact_map(), ErrorState::RightInvariant, zero(0));
   Riekf almost(exact_map(), ErrorState::RightInvariant, zero(0));
   straight.start({}, Eigen::Matrix3d::Identity() * 1e-4, false);
@@ -250,8 +251,8 @@ MotionStep part_of(const MotionStep& step, double begin, double end) {
                     SensorTime(Duration(std::llround(1000 * end))));
 }
 
-/// What is wrong with a message is one twist, into however many parts looks divide it.
-TEST(Riekf, AMessageThatIsDividedIsWrongByTheSame) {
+/// The error of a message is one twist, regardless of the number of parts into which observations divide it.
+TEST(Riekf, DividingAMessageDoesNotChangeItsError) {
   RiekfOptions options = exact_map();
   options.motion.slide_m_s = 0.02;
   options.motion.crab_sigma_rad = 0.1;
@@ -270,7 +271,7 @@ TEST(Riekf, AMessageThatIsDividedIsWrongByTheSame) {
   }
   EXPECT_LT(minus(whole.state().map_T_base, divided.state().map_T_base).norm(), 1e-6);
   EXPECT_LT((whole.state().P - divided.state().P).norm(), 1e-4 * whole.state().P.norm());
-  // In the middle of a message the error is as large as the part, and not as its square root.
+  // Within a message the error grows with the part, not with its square root.
   Riekf middle(options, ErrorState::RightInvariant, zero(0));
   Riekf end(options, ErrorState::RightInvariant, zero(0));
   const MotionStep still{.twist = Eigen::Vector3d::Zero(), .dt_s = 0.05};
@@ -280,8 +281,9 @@ TEST(Riekf, AMessageThatIsDividedIsWrongByTheSame) {
   EXPECT_NEAR(middle.state().P(2, 2) - 10, (end.state().P(2, 2) - 10) / 4, 1e-12);
 }
 
-/// Sliding is a Gauss-Markov speed: over long it scatters as 2 sigma^2 tau t, in steps of any length.
-TEST(Riekf, SlidingScattersAsTheProcessThatItIs) {
+/// Sliding is a Gauss-Markov velocity: over long times its variance is 2 sigma^2 tau t, for steps of any
+/// length.
+TEST(Riekf, SlidingHasTheVarianceOfAGaussMarkovProcess) {
   RiekfOptions options = exact_map();
   options.motion = noiseless();
   options.motion.slide_m_s = 0.1;
@@ -297,7 +299,7 @@ TEST(Riekf, SlidingScattersAsTheProcessThatItIs) {
   }
 }
 
-TEST(Riekf, WithoutNoiseTheErrorStaysWhatItIs) {
+TEST(Riekf, TheErrorIsConstantWithoutNoise) {
   RiekfOptions options = exact_map();
   options.motion = noiseless();
   Riekf filter(options, ErrorState::RightInvariant, zero(0));
@@ -316,7 +318,7 @@ TEST(Riekf, WithoutNoiseTheErrorStaysWhatItIs) {
   EXPECT_LT((xi - Eigen::Vector3d(0.4, -0.3, 0.7)).norm(), 1e-10);
 }
 
-TEST(Riekf, NoiseIsPerTimeAndDistanceNotPerStep) {
+TEST(Riekf, NoiseDoesNotDependOnTheStepLength) {
   Riekf coarse(exact_map(), ErrorState::RightInvariant, zero(0));
   Riekf fine(exact_map(), ErrorState::RightInvariant, zero(0));
   coarse.start({}, Eigen::Matrix3d::Zero(), false);

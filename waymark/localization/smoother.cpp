@@ -17,12 +17,12 @@ struct Smoothed {
   StateMatrix P = StateMatrix::Zero();
 };
 
-/// From step k + 1 to step k, given the errors that stay: what later looks say is theirs must not move where
-/// the robot was.
+/// From step k + 1 to step k, conditional on the considered errors: later evidence about those must not move
+/// the earlier pose.
 Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
-  // What is known exactly (a slow state that is switched off) must not make the inverse blow up.
+  // A state without variance (a slow state that is switched off) must not make the inverse overflow.
   const StateMatrix P = next.predicted_P + StateMatrix::Identity() * 1e-15;
-  const StateMatrix common = next.transition * k.filtered_P + next.motion_in_common;
+  const StateMatrix common = next.transition * k.filtered_P + next.motion_cross_covariance;
   const StateMatrix G = P.ldlt().solve(common).transpose();
   StateVector apart;
   apart << minus(after.map_T_base, next.predicted), after.slow - next.predicted_slow;
@@ -39,7 +39,7 @@ LocalizationEstimate estimate_of(const TraceStep& step, const Smoothed& smoothed
   return {step.stamp, map_X_base.mean, coordinate_covariance(map_X_base), step.certain};
 }
 
-/// Step k by all that was seen later; `after` is step k + 1.
+/// Smoothed step k, given `after`, the smoothed step k + 1.
 Smoothed smoothed_at(std::span<const TraceStep> trace, std::size_t k, const Smoothed& after) {
   const TraceStep& step = trace[k];
   const bool last = k + 1 == trace.size() || trace[k + 1].chain != step.chain;

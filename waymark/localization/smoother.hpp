@@ -8,23 +8,23 @@
 
 namespace waymark {
 
-/// What the run looks like in hindsight: Rauch, Tung and Striebel ("Maximum Likelihood Estimates of Linear
-/// Dynamic Systems", AIAA Journal 3(8), 1965) on the invariant error, (18). One estimate for each step, in
-/// order. Chains (a new start, a jump) are smoothed one by one. Errors that stay (of tags, of the mounting)
-/// count as they do in the filter. O(steps).
+/// Smooths a run: Rauch, Tung and Striebel ("Maximum Likelihood Estimates of Linear Dynamic Systems", AIAA
+/// Journal 3(8), 1965) on the invariant error, (18). Returns one estimate per step, in order. Chains
+/// (separated by a new start or a jump) are smoothed separately. Considered errors (of tags, of the mounting)
+/// are treated as in the filter. O(steps).
 [[nodiscard]] std::vector<LocalizationEstimate> smooth(std::span<const TraceStep> trace);
 
-/// The pose a while ago, by all that was seen since: the first of the smoothed steps no older than `lag`.
-/// Nothing while the run is shorter. O(steps in the lag), no allocation.
+/// Smoothed estimate of the first step that is at most `lag` older than the newest. None while the run is
+/// shorter than `lag`. O(steps in the lag), no allocation.
 [[nodiscard]] std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> trace,
                                                                   Duration lag);
 
-/// The smoother while the robot drives: fed as the filter is, it says where the robot was a lag ago by all
-/// that was seen since, (18). Nothing before the first lag has passed. What it says of a moment is what
-/// smooth() would say of it if the run ended a lag later. All memory is taken at construction.
+/// Fixed-lag smoother, fed like the filter: estimates the pose one lag ago from all samples since, (18). None
+/// before the first lag has passed. The estimate at a time equals the result of smooth() for a run that ends
+/// one lag later. All memory is allocated at construction.
 class FixedLagSmoother final : public LocalizationMethod {
  public:
-  /// The lag comes from RiekfOptions::lag_s.
+  /// The lag is RiekfOptions::lag_s.
   FixedLagSmoother(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options);
 
   void add(const TagFrame& frame) override { filter_.add(frame); }
@@ -32,7 +32,7 @@ class FixedLagSmoother final : public LocalizationMethod {
   void add(const ImuSample& imu) override { filter_.add(imu); }
   void add(const TagPoseFrame& frame) override { filter_.add(frame); }
   void add(const RangeBearing& seen) override { filter_.add(seen); }
-  /// Its stamp is a lag older than the newest motion.
+  /// The stamp is one lag older than the newest motion.
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override;
   [[nodiscard]] const std::vector<NisRecord>& comparisons() const override { return filter_.comparisons(); }
   void clear_comparisons() override { filter_.clear_comparisons(); }

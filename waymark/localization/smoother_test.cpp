@@ -19,19 +19,19 @@ using test::laser_time;
 using test::LaserRobot;
 using test::off_m;
 
-/// Landmarks that hang elsewhere than the map says, each by a lasting error: hindsight is no worse.
-TEST(Smoother, LastingErrorsOfLandmarksDoNotMakeHindsightWorse) {
+/// Landmarks with lasting position errors: smoothing does not increase the error.
+TEST(Smoother, LastingLandmarkErrorsDoNotMakeTheSmootherWorse) {
   double filtered2 = 0;
   double smoothed2 = 0;
   for (int seed = 0; seed < 4; ++seed) {
     RiekfOptions options;
     options.tag_sigma_m = 0.05;
     options.tag_time_s = 1e4;
-    std::vector<LandmarkPoint> told = laser_points();
+    std::vector<LandmarkPoint> mapped = laser_points();
     LaserRobot robot{.random = Random(static_cast<std::uint64_t>(20 + seed))};
-    for (LandmarkPoint& point : told)
+    for (LandmarkPoint& point : mapped)
       point.map_p += 0.05 * Eigen::Vector2d(robot.random.normal(), robot.random.normal());
-    RiekfLocalizer filter(Landmarks::of_points(told).value(), {}, options);
+    RiekfLocalizer filter(Landmarks::of_points(mapped).value(), {}, options);
     filter.tracker().keep_trace();
     filter.start_from(robot.truth, 0.05, 0.05);
     std::vector<std::pair<SensorTime, SE2>> truth;
@@ -50,9 +50,9 @@ TEST(Smoother, LastingErrorsOfLandmarksDoNotMakeHindsightWorse) {
   EXPECT_LT(smoothed2, filtered2);
 }
 
-/// While the robot drives, the smoother says of each moment what it would say if the run ended a lag later;
-/// and with a long lag, what it says in the end.
-TEST(Smoother, WithALagSaysWhatItWouldSayInTheEnd) {
+/// The fixed-lag estimate of a time equals the smoothed one of a run that ends one lag later and, with a long
+/// lag, that of the whole run.
+TEST(Smoother, FixedLagEqualsSmoothingOfARunThatEndsOneLagLater) {
   RiekfOptions options;
   options.tag_sigma_m = 0.01;
   options.lag_s = 0.5;
@@ -69,7 +69,7 @@ TEST(Smoother, WithALagSaysWhatItWouldSayInTheEnd) {
   };
   robot.drive(*live.filter(), 0.4);
   twin.drive(whole, 0.4);
-  EXPECT_FALSE(live.estimate()) << "nothing is settled before the lag has passed";
+  EXPECT_FALSE(live.estimate()) << "no estimate before the lag has passed";
   for (int i = 0; i < 200; ++i) {
     robot.drive(*live.filter(), 0.1);
     twin.drive(whole, 0.1);

@@ -11,9 +11,10 @@
 namespace waymark {
 namespace {
 
-/// Degrees of freedom of Student's t: how heavy the tails of a tag's residuals are.
-constexpr double kFreedom = 4;
-/// Deviation of roll and pitch of a robot that brakes, is held, or drives over something, on its springs.
+/// Degrees of freedom of Student's t for the residuals of a tag: fewer mean heavier tails.
+constexpr double kStudentFreedom = 4;
+/// Standard deviation of roll and pitch on the springs while the robot brakes, is held, or drives over an
+/// obstacle.
 constexpr double kTilt_rad = 0.02;
 
 struct Normal {
@@ -22,9 +23,9 @@ struct Normal {
   int tags = 0;
 };
 
-/// Adds one tag at a pose, weighted by its residual: with the lasting errors of its place in the map that it
-/// does not share with its neighbours (a fix is held against another of a moment ago), and with a tilt of the
-/// robot, which turns the camera about the base.
+/// Adds one tag at a pose, weighted by its residual. The covariance contains the lasting position error that
+/// the tag does not share with its neighbours (fixes are compared with each other over short times), and the
+/// tilt of the robot, which rotates the camera about the base.
 void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& options, Normal& sum) {
   const double m2 = options.tag_sigma_m * options.tag_sigma_m;
   const double rad2 = options.tag_sigma_rad * options.tag_sigma_rad;
@@ -34,18 +35,18 @@ void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& opti
   Eigen::Matrix<double, 8, 8> S = z.H_tag.lazyProduct(PH);
   const Eigen::Matrix<double, 8, 2> tilt = kTilt_rad * z.H_mount.middleCols<2>(3);
   S += tilt.lazyProduct(tilt.transpose());
-  S.diagonal().array() += 1;  // rows beyond z.rows are empty: they add nothing
+  S.diagonal().array() += 1;  // rows beyond z.rows are zero and add nothing
   const Eigen::LLT<Eigen::Matrix<double, 8, 8>> L(S);
   const Eigen::Matrix<double, 8, 1> r = L.solve(z.residual);
   const Eigen::Matrix<double, 8, 3> J = L.solve(z.H_pose);
   const double chi2 = z.residual.dot(r);
-  const double weight = std::min(1.0, (kFreedom + z.rows) / (kFreedom + chi2));
+  const double weight = std::min(1.0, (kStudentFreedom + z.rows) / (kStudentFreedom + chi2));
   sum.H += weight * z.H_pose.transpose().lazyProduct(J);
   sum.g += weight * z.H_pose.transpose().lazyProduct(r);
   ++sum.tags;
 }
 
-/// Whether a tag counts: all count where none of a picture is free of suspicion.
+/// Whether a tag is used. If all tags of an image are suspected, all are used.
 bool counts(const Observation& observation, std::span<const Observation> seen, const TagWatch& watch) {
   if (watch.usable(observation.landmark)) return true;
   return std::ranges::none_of(seen, [&](const Observation& other) { return watch.usable(other.landmark); });
@@ -68,7 +69,7 @@ std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks&
                              const TagWatch& watch, const MountedSensor& sensor, const RiekfOptions& options,
                              const SE2& near, double most_sigma_m) {
   constexpr int kIterations = 20;
-  constexpr double kConverged = 0.02;  // of the deviation of what is sought: weights settle slowly
+  constexpr double kConverged = 0.02;  // share of the standard deviation; the weights converge slowly
   SE2 at = near;
   for (int i = 0; i < kIterations; ++i) {
     const Normal sum = normal_at(at, seen, landmarks, watch, sensor, options);

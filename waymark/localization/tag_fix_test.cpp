@@ -10,7 +10,7 @@
 namespace waymark {
 namespace {
 
-/// Four tags on a wall ahead, seen from a pose on the floor.
+/// Four tags on a wall ahead, observed from a pose on the floor.
 struct TagWall {
   PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
   MountedSensor sensor{CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
@@ -29,7 +29,8 @@ struct TagWall {
     watch = TagWatch(landmarks);
   }
 
-  /// Of the tags [0, count); corners with this deviation, the first tag moved by `moved_m` along y.
+  /// Observations of the tags [0, count); corners with this standard deviation, the first tag moved by
+  /// `moved_m` along y.
   [[nodiscard]] std::vector<Observation> seen(int count, Random& random, double sigma_px,
                                               double moved_m = 0) const {
     std::vector<Observation> all;
@@ -56,7 +57,7 @@ struct TagWall {
   }
 };
 
-TEST(TagFix, IsThePoseWhateverItIsSearchedFrom) {
+TEST(TagFix, DoesNotDependOnTheStartOfTheSearch) {
   const TagWall wall;
   Random random(1);
   const auto seen = wall.seen(4, random, 0);
@@ -70,7 +71,7 @@ TEST(TagFix, IsThePoseWhateverItIsSearchedFrom) {
   }
 }
 
-TEST(TagFix, OneTagThatWasMovedDoesNotMoveIt) {
+TEST(TagFix, IsRobustToOneMovedTag) {
   const TagWall wall;
   Random random(2);
   const auto fix = wall.fix(wall.seen(4, random, 0.2, 0.2), wall.truth);
@@ -78,7 +79,7 @@ TEST(TagFix, OneTagThatWasMovedDoesNotMoveIt) {
   EXPECT_LT((fix->map_T_base.translation() - wall.truth.translation()).norm(), 0.03);
 }
 
-TEST(TagFix, ItsCovarianceCoversCornersTiltAndPlacesOfTags) {
+TEST(TagFix, CovarianceCoversCornersTiltAndTagPositions) {
   TagWall wall;
   wall.options.corner_sigma_px = 0.3;
   wall.options.tag_sigma_m = 1e-6;
@@ -100,9 +101,9 @@ TEST(TagFix, ItsCovarianceCoversCornersTiltAndPlacesOfTags) {
   EXPECT_GT(wall.fix(wall.seen(2, random, 0.3), wall.truth)->covariance.trace(), corners_alone + 1e-5);
 }
 
-// Wheels that push against what holds the robot pitch it on its springs: its place on the floor is told all
-// the same.
-TEST(TagFix, ATiltOfTheRobotIsAllowedFor) {
+// Wheels that push against an obstacle pitch the robot on its springs; its position on the floor is still
+// correct.
+TEST(TagFix, ToleratesATiltOfTheRobot) {
   for (const Eigen::Vector3d& tilt_rad : {Eigen::Vector3d(0, 0.02, 0), Eigen::Vector3d(-0.02, -0.02, 0)}) {
     TagWall wall;
     wall.tilt_rad = tilt_rad;
@@ -115,13 +116,13 @@ TEST(TagFix, ATiltOfTheRobotIsAllowedFor) {
   }
 }
 
-TEST(TagFix, NothingWithoutTags) {
+TEST(TagFix, NoFixWithoutTags) {
   const TagWall wall;
   EXPECT_FALSE(wall.fix({}, wall.truth));
 }
 
-// A tag that was moved and hangs still shows how the robot moves, when no other is in view.
-TEST(TagFix, ATagThatIsSuspectedCountsWhereItIsAlone) {
+// A tag that was moved once but is fixed now still shows the motion of the robot if no other is in view.
+TEST(TagFix, UsesASuspectedTagOnlyIfItIsAlone) {
   TagWall wall;
   for (int i = 0; i < 20; ++i) {
     wall.watch.add({.landmark = 0, .map_p_implied = {2, -0.5}});
@@ -130,7 +131,7 @@ TEST(TagFix, ATagThatIsSuspectedCountsWhereItIsAlone) {
   ASSERT_FALSE(wall.watch.usable(0));
   Random random(4);
   const auto before = wall.fix(wall.seen(1, random, 0, 0.1), wall.truth);
-  EXPECT_EQ(wall.fix(wall.seen(4, random, 0, 0.1), wall.truth)->tags, 3) << "the others say more";
+  EXPECT_EQ(wall.fix(wall.seen(4, random, 0, 0.1), wall.truth)->tags, 3) << "unsuspected tags are preferred";
   const SE2 moved(0.2, 0.02, 0.05);
   wall.truth = wall.truth * moved;
   const auto after = wall.fix(wall.seen(1, random, 0, 0.1), wall.truth);

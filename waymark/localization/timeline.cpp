@@ -10,8 +10,8 @@
 namespace waymark {
 namespace {
 
-constexpr double kGyroGone = 0.25;    // [s] without a reading: the wheels must do
-constexpr double kStandsAfter = 0.3;  // [s]
+constexpr double kMaxGyroGap_s = 0.25;      // [s] without a reading, after which the wheels are used
+constexpr double kStandstillAfter_s = 0.3;  // [s]
 
 }  // namespace
 
@@ -21,7 +21,7 @@ MotionStep MotionSegment::part(SensorTime begin, SensorTime end) const {
   MotionStep piece = step;
   piece.twist *= share;
   piece.dt_s *= share;
-  piece.yaw_dispute_rad *= std::sqrt(share);  // its square is a variance
+  piece.yaw_disagreement_rad *= std::sqrt(share);  // the square is a variance
   piece.extra_m2 *= share;
   piece.extra_rad2 *= share;
   piece.share = share;
@@ -62,7 +62,7 @@ std::optional<double> MotionInput::gyro_angle(SensorTime stamp) const {
   const Turned& newest = turned_[(turned_count_ - 1) % kKept];
   if (stamp >= newest.stamp) {
     const double ahead_s = to_seconds(stamp - newest.stamp);
-    if (ahead_s > kGyroGone) return std::nullopt;
+    if (ahead_s > kMaxGyroGap_s) return std::nullopt;
     return newest.angle_rad + ahead_s * newest.rate_rad_s;
   }
   const std::size_t kept = std::min(turned_count_, kKept);
@@ -71,16 +71,16 @@ std::optional<double> MotionInput::gyro_angle(SensorTime stamp) const {
     const Turned& b = turned_[(turned_count_ - back) % kKept];
     if (a.stamp > stamp) continue;
     const double gap_s = to_seconds(b.stamp - a.stamp);
-    if (gap_s > kGyroGone) return std::nullopt;
+    if (gap_s > kMaxGyroGap_s) return std::nullopt;
     const double s = to_seconds(stamp - a.stamp);
     return a.angle_rad + s * (a.rate_rad_s + (b.rate_rad_s - a.rate_rad_s) * s / (2 * gap_s));
   }
   return std::nullopt;
 }
 
-/// How far gyro and wheels are apart in turning over the last moments: their stamps differ a little, so that
-/// single steps always disagree, and wheels are wrong by a seventh every day.
-double MotionInput::dispute(double wheel_turn_rad, const MotionStep& step) {
+/// Difference of the turns by gyro and by wheels over the last moments. Their stamps differ slightly, so
+/// single steps always disagree; wheel turns are routinely wrong by a seventh.
+double MotionInput::disagreement(double wheel_turn_rad, const MotionStep& step) {
   constexpr double kMoment = 0.3;  // [s]
   const double kept = std::exp(-step.dt_s / kMoment);
   gyro_rate_ = kept * gyro_rate_ + (1 - kept) * step.twist.z() / step.dt_s;
@@ -91,16 +91,16 @@ double MotionInput::dispute(double wheel_turn_rad, const MotionStep& step) {
   return std::max(0.0, apart - kNoise) * std::sqrt(kMoment * step.dt_s);
 }
 
-/// No way at all, or the very same slow way again and again: a speed whose zero is off. Noise that repeats to
-/// the last digit measures no motion.
-bool MotionInput::stands_still(const MotionStep& step, double wheel_turn_rad) const {
+/// Whether the robot is at standstill: no motion at all, or exactly the same slow motion repeatedly, which is
+/// a velocity offset. A reading that repeats to the last digit does not measure motion.
+bool MotionInput::is_standstill(const MotionStep& step, double wheel_turn_rad) const {
   constexpr double kStill = 1e-7;
   constexpr double kCreeping = 0.03;  // [m/s]
   constexpr double kTurning = 0.02;   // [rad/s]
   const double slowest = std::max(3 * bias_sigma_rad_s_, 1e-6) * step.dt_s;
-  const bool no_way = step.twist.head<2>().norm() < kStill && std::abs(wheel_turn_rad) < slowest &&
-                      std::abs(step.twist.z()) < slowest;
-  if (no_way || last_step_.dt_s <= 0) return no_way;
+  const bool no_translation = step.twist.head<2>().norm() < kStill && std::abs(wheel_turn_rad) < slowest &&
+                              std::abs(step.twist.z()) < slowest;
+  if (no_translation || last_step_.dt_s <= 0) return no_translation;
   const double other = std::abs(step.twist.x() / step.dt_s - last_step_.twist.x() / last_step_.dt_s);
   return other < kStill && std::abs(step.twist.x()) < kCreeping * step.dt_s &&
          std::abs(step.twist.z()) < kTurning * step.dt_s;
@@ -116,19 +116,20 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   const double wheel_turn = step.twist.z();
   if (turned_a && turned_b) {
     step.twist.z() = *turned_b - *turned_a;
-    step.yaw_dispute_rad = dispute(wheel_turn, step);
+    step.yaw_disagreement_rad = disagreement(wheel_turn, step);
   } else {
     step.extra_rad2 = wheel_yaw_rad_sqrt_m_ * wheel_yaw_rad_sqrt_m_ * step.twist.head<2>().norm();
   }
-  const bool still = stands_still(step, wheel_turn);
-  standing_s_ = still ? standing_s_ + step.dt_s : 0;
-  step.standing = standing_s_ > kStandsAfter;
+  const bool still = is_standstill(step, wheel_turn);
+  standstill_s_ = still ? standstill_s_ + step.dt_s : 0;
+  step.standing = standstill_s_ > kStandstillAfter_s;
   return step;
 }
 
-/// A counter that was set back, or another drive: faster than anything that is taught a route.
+/// Whether odometry jumped: a counter reset or another drive. The limits exceed the speed of any robot that
+/// is taught a route.
 bool MotionInput::impossible(const MotionStep& step) {
-  constexpr double kGap = 5;  // [s] in which anything can happen to a robot that says nothing
+  constexpr double kGap = 5;  // [s] of silence, after which the motion is unknown
   return faster_than_any_robot(step.twist.head<2>().norm(), step.twist.z(), step.dt_s) || step.dt_s > kGap;
 }
 
@@ -156,7 +157,7 @@ std::optional<MotionSegment> MotionInput::add(const Odometry& odometry) {
 }
 
 MotionSegment MotionInput::guess(SensorTime from, SensorTime to) const {
-  constexpr double kSpeed = 0.3;  // [m/s] by which a robot may have changed its mind
+  constexpr double kSpeed = 0.3;  // [m/s] by which the speed may have changed meanwhile
   constexpr double kTurn = 0.5;   // [rad/s]
   const double dt_s = to_seconds(to - from);
   MotionStep step{

@@ -11,43 +11,43 @@
 
 namespace waymark {
 
-/// A step of motion with its time.
+/// A motion step with its time interval.
 struct MotionSegment {
   SensorTime from{};
   SensorTime to{};
   MotionStep step{};
 
-  /// The part of it up to `stamp`, and the rest: equal twists.
+  /// The part between `begin` and `end`, with the same velocity.
   [[nodiscard]] MotionStep part(SensorTime begin, SensorTime end) const;
 };
 
-/// Makes steps of motion of what wheels and gyro say. Odometry gives the way; how the robot turned, the gyro
-/// where there is one (MotionInput::rotation).
+/// Converts wheel odometry and gyro readings to motion steps. The translation is from odometry; the rotation
+/// is from the gyro if there is one (RiekfOptions::rotation).
 class MotionInput {
  public:
   explicit MotionInput(const RiekfOptions& options);
 
   void add(const ImuSample& imu);
-  /// The motion since the odometry before; nothing for the first, for one that is not finite or does not go
-  /// forwards in time.
+  /// The motion since the previous odometry; none for the first sample and for one that is not finite or does
+  /// not advance in time.
   [[nodiscard]] std::optional<MotionSegment> add(const Odometry& odometry);
-  /// What may have happened until `to` when nobody says: the last twist goes on, and is doubted.
+  /// Extrapolated motion until `to` if no odometry arrives: the last twist with increased variance.
   [[nodiscard]] MotionSegment guess(SensorTime from, SensorTime to) const;
 
   [[nodiscard]] int not_forwards() const { return not_forwards_; }
-  /// Steps that no robot can have driven.
+  /// Number of steps faster than any robot.
   [[nodiscard]] int jumps() const { return jumps_; }
   [[nodiscard]] int not_finite() const { return not_finite_; }
 
  private:
   struct Turned {
     SensorTime stamp{};
-    double angle_rad = 0;  ///< since the first
+    double angle_rad = 0;  ///< since the first reading
     double rate_rad_s = 0;
   };
   [[nodiscard]] std::optional<double> gyro_angle(SensorTime stamp) const;
-  [[nodiscard]] bool stands_still(const MotionStep& step, double wheel_turn_rad) const;
-  [[nodiscard]] double dispute(double wheel_turn_rad, const MotionStep& step);
+  [[nodiscard]] bool is_standstill(const MotionStep& step, double wheel_turn_rad) const;
+  [[nodiscard]] double disagreement(double wheel_turn_rad, const MotionStep& step);
   [[nodiscard]] static bool impossible(const MotionStep& step);
   [[nodiscard]] MotionStep step_of(const Odometry& a, const Odometry& b);
 
@@ -61,9 +61,9 @@ class MotionInput {
   double gyro_bias_rad_s_;
   std::optional<Odometry> last_{};
   std::array<Turned, kKept> turned_{};
-  std::size_t turned_count_ = 0;  ///< ever
-  double standing_s_ = 0;
-  double gyro_rate_ = 0;  ///< both smoothed [rad/s]
+  std::size_t turned_count_ = 0;  ///< total count
+  double standstill_s_ = 0;
+  double gyro_rate_ = 0;  ///< gyro_rate_ and wheel_rate_: smoothed [rad/s]
   double wheel_rate_ = 0;
   int not_forwards_ = 0;
   int not_finite_ = 0;
@@ -71,39 +71,39 @@ class MotionInput {
   MotionStep last_step_{};
 };
 
-/// All that was seen at one moment.
+/// All observations of one time.
 struct FrameObservations {
   static constexpr std::size_t kMaxObservations = 16;
   SensorTime stamp{};
   std::uint64_t number = 0;  ///< order of arrival among equal stamps
-  bool sealed = true;        ///< no more will be added
+  bool sealed = true;        ///< complete: no more observations will be added
   bool reported = false;
   std::array<Observation, kMaxObservations> seen{};
   std::size_t count = 0;
 };
 
-/// The last second of motion and looks, in order of stamps: what a filter needs to go back in time. All
-/// memory is taken at construction.
+/// Motion and observations of the last second in stamp order, so that a filter can go back in time. All
+/// memory is allocated at construction.
 class Timeline {
  public:
   Timeline(std::size_t segments, std::size_t frames);
 
   void add(const MotionSegment& segment);
-  /// A slot for a look, put where its stamp belongs. The oldest goes when all are taken.
+  /// A slot for a frame, inserted by its stamp. Overwrites the oldest if all slots are taken.
   FrameObservations& add_frame(SensorTime stamp);
 
   [[nodiscard]] SensorTime covered() const { return covered_; }
   [[nodiscard]] bool empty() const { return segment_count_ == 0; }
-  /// The oldest moment to which one can go back.
+  /// The oldest time that can be rewound to.
   [[nodiscard]] SensorTime begin() const;
-  /// Forgets what ended before.
+  /// Discards what ended before `stamp`.
   void forget_before(SensorTime stamp);
 
   [[nodiscard]] std::size_t segments() const { return segment_count_; }
   [[nodiscard]] const MotionSegment& segment(std::size_t i) const {
     return segments_[(first_segment_ + i) % segments_.size()];
   }
-  /// In order of (stamp, arrival).
+  /// Frames in order of (stamp, arrival).
   [[nodiscard]] std::size_t frames() const { return order_count_; }
   [[nodiscard]] FrameObservations& frame(std::size_t i) { return frames_[order_[i]]; }
 
@@ -112,7 +112,7 @@ class Timeline {
   std::size_t first_segment_ = 0;
   std::size_t segment_count_ = 0;
   std::vector<FrameObservations> frames_;
-  std::vector<std::uint32_t> order_;  ///< slots of looks in order of time, then the free ones
+  std::vector<std::uint32_t> order_;  ///< used frame slots in time order, then the free ones
   std::size_t order_count_ = 0;
   std::uint64_t numbers_ = 0;
   SensorTime covered_{};

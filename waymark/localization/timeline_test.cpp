@@ -8,8 +8,8 @@
 namespace waymark {
 namespace {
 
-/// Wheels that slip tell turns worse than ways; a gyro does not know of it.
-TEST(MotionInput, TurnsByWheelsHaveNoiseOfTheirOwn) {
+/// Slipping wheels measure turns worse than distances; a gyro is not affected.
+TEST(MotionInput, TurnsByWheelsHaveAdditionalNoise) {
   RiekfOptions options;
   options.motion.wheel_yaw_rad_sqrt_m = 0.1;
   for (const bool gyro : {false, true}) {

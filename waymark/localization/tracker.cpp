@@ -13,8 +13,8 @@
 namespace waymark {
 namespace {
 
-/// The p-quantile of the standard normal distribution, p in (0, 1): bisection of erfc, for options, not for
-/// inner loops.
+/// The p-quantile of the standard normal distribution, p in (0, 1), by bisection of erfc. Meant for options,
+/// not for inner loops.
 double normal_quantile(double p) {
   double low = -10;
   double high = 10;
@@ -88,7 +88,8 @@ bool PoseHypotheses::support(Candidate& c, const Observation& observation, const
       c.covariance = internal::symmetrized<3>((Eigen::Matrix3d::Identity() - K) * c.covariance);
     } else if (position_variance(guess.map_T_base, guess.covariance) <
                position_variance(c.map_T_base, c.covariance)) {
-      // The same tag again: its errors stay, so the better view replaces, and is not averaged in.
+      // A repeated observation of the same tag has the same lasting error: the more accurate one replaces the
+      // other instead of being averaged.
       c.map_T_base = guess.map_T_base;
       c.covariance = guess.covariance;
     }
@@ -101,7 +102,7 @@ void PoseHypotheses::propose(const Guess& guess, int landmark, int other) {
   std::size_t at = count_;
   if (count_ < kMaxCandidates) {
     ++count_;
-  } else {  // the one with the worst record goes
+  } else {  // the candidate with the lowest score is replaced
     const auto worst = std::min_element(all_.begin(), all_.end(), [](const Candidate& a, const Candidate& b) {
       const auto score = [](const Candidate& c) { return 2 * c.distinct + c.support - c.against; };
       return score(a) != score(b) ? score(a) < score(b) : a.age < b.age;
@@ -250,32 +251,32 @@ void Tracker::advance(const MotionStep& measured, SensorTime to) {
   MotionStep step = measured;
   state_.stamp = to;
   if (state_.wheels_stuck || state_.halt.suspected())
-    step.jumped = false;  // encoders that go on: their step is a gap
-  if (!trusts_standstill_) step = state_.halt.advance(step);
-  state_.no_way = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
-  state_.wheels_stuck = state_.wheels_stuck && state_.no_way;
-  if (state_.wheels_stuck) {  // a random walk that is 2 cm from picture to picture
+    step.jumped = false;  // moving encoders: their step is a gap
+  if (!trust_standstill_) step = state_.halt.advance(step);
+  state_.no_translation = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
+  state_.wheels_stuck = state_.wheels_stuck && state_.no_translation;
+  if (state_.wheels_stuck) {  // random walk of 2 cm between images
     constexpr double kWalk_m2_s = 6e-3;
     constexpr double kWalk_rad2_s = 1e-3;
     step.standing = false;
     step.extra_m2 += kWalk_m2_s * step.dt_s;
     step.extra_rad2 += kWalk_rad2_s * step.dt_s;
   }
-  if (step.jumped) {  // what was accepted is of another place, or of another drive
+  if (step.jumped) {  // accepted observations belong to another place or drive
     state_.mode = TrackMode::Lost;
     state_.contradicted = false;
     state_.contradicting_frames = 0;
     state_.pose_hypotheses.clear();
     return;
   }
-  // A candidate drifts by 5 % of the way and by 0.05 rad a metre, of a turn by as much; coarse on purpose.
+  // Drift of a candidate: 5 % of the distance, 0.05 rad/m, and 5 % of a turn; deliberately coarse.
   const double drift = 2.5e-3 * step.twist.norm() * std::max(step.twist.norm(), 0.02) + 1e-6 * step.dt_s;
   state_.pose_hypotheses.propagate(step.twist,
                                    {drift + step.extra_m2, drift + step.extra_m2, drift + step.extra_rad2});
   if (state_.mode == TrackMode::Lost) return;
   if (step.standing && step.twist.z() != 0)
-    filter_.observe_standing(step.twist.z() / step.dt_s,
-                             std::max(1e-4, options_.motion.yaw_rad_sqrt_s) / std::sqrt(step.dt_s));
+    filter_.observe_zero_velocity(step.twist.z() / step.dt_s,
+                                  std::max(1e-4, options_.motion.yaw_rad_sqrt_s) / std::sqrt(step.dt_s));
   filter_.propagate(step);
   if (tracing_) keep_step(to);
 }
@@ -285,7 +286,7 @@ void Tracker::keep_trace(Duration lag) {
   constexpr double kStepsPerSecond = 400;
   tracing_ = true;
   trace_kept_ = lag + kLate;
-  // Room for as much again: the oldest go together, and not one by one.
+  // Twice the capacity: the oldest steps are erased in one block.
   trace_.reserve(static_cast<std::size_t>(2 * kStepsPerSecond * to_seconds(*trace_kept_)));
 }
 
@@ -297,10 +298,10 @@ void Tracker::keep_step(SensorTime to) {
     trace_.erase(trace_.begin(), std::max(young, half));
   }
   TraceStep kept{.stamp = to, .chain = state_.starts, .transition = filter_.last_transition()};
-  kept.motion_in_common = filter_.last_motion_in_common();
+  kept.motion_cross_covariance = filter_.last_motion_cross_covariance();
   kept.predicted = filter_.state().map_T_base;
   kept.predicted_slow = filter_.state().slow;
-  kept.predicted_P = filter_.covariance_but_for_lasting();
+  kept.predicted_P = filter_.conditional_covariance();
   trace_.push_back(kept);
   keep_filtered();
 }
@@ -311,7 +312,7 @@ void Tracker::keep_filtered() {
   kept.certain = state_.mode == TrackMode::Certain;
   kept.filtered = filter_.state().map_T_base;
   kept.filtered_slow = filter_.state().slow;
-  kept.filtered_P = filter_.covariance_but_for_lasting();
+  kept.filtered_P = filter_.conditional_covariance();
   kept.lasting_P = (filter_.state().P - kept.filtered_P).topLeftCorner<3, 3>();
 }
 
@@ -368,7 +369,7 @@ Tracker::Verdict Tracker::gate(FrameObservations& frame) {
     const Observation& observation = frame.seen[i];
     const auto z = linearise(observation, landmarks_, sensor_, filter_.state().map_T_base);
     const bool usable = watch_.usable(observation.landmark);
-    if (!z) {  // from where we believe to be it cannot be seen at all, so far off is it in the map
+    if (!z) {  // not visible from the estimated pose: its map position is far off
       report_contradiction(frame, observation);
       if (usable) ++verdict.rejected_count;
       continue;
@@ -388,8 +389,8 @@ Tracker::Verdict Tracker::gate(FrameObservations& frame) {
   return verdict;
 }
 
-/// Iterated where the correction is large enough to bend the measurement (Bell and Cathey, "The Iterated
-/// Kalman Filter Update as a Gauss-Newton Method", IEEE TAC 38(2), 1993).
+/// Iterates if the correction is large enough that the measurement function is not linear over it (Bell and
+/// Cathey, "The Iterated Kalman Filter Update as a Gauss-Newton Method", IEEE TAC 38(2), 1993).
 void Tracker::update(const Verdict& verdict) {
   constexpr int kIterations = 4;
   for (std::size_t first = 0; first < verdict.accepted_count; first += Riekf::kMaxBatch) {
@@ -412,21 +413,21 @@ void Tracker::update(const Verdict& verdict) {
       }
       if (count == 0) return;
       const Eigen::Vector3d offset = minus(at, prior);
-      // gate() has just asked of each, and what it rejected stood behind them.
+      // gate() has evaluated nis() for each at its place in the batch; rejected observations come after them.
       const bool expected = as_gated && verdict.accepted_count < Riekf::kMaxBatch;
       correction = filter_.gain(batch, count, offset, expected);
       const SE2 next = filter_.corrected(correction);
       const Eigen::Vector3d moved = minus(next, at);
       at = next;
-      constexpr double kBends = 0.002;  // [m, rad]
+      constexpr double kLinearRange = 0.002;  // [m, rad]
       const double size = std::max((next.translation() - prior.translation()).norm(), std::abs(moved.z()));
-      if (size < kBends || (iteration > 0 && moved.norm() < 1e-6)) break;
+      if (size < kLinearRange || (iteration > 0 && moved.norm() < 1e-6)) break;
     }
     filter_.correct(batch_, count, correction);
   }
 }
 
-/// Whether all tags of a look that are free of suspicion fit the estimate; or most do not.
+/// Whether all unsuspected tags of a frame fit the estimate or, if `most_contradict`, whether most do not.
 bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
   int fits = 0;
   int usable = 0;
@@ -441,13 +442,13 @@ bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
   return usable >= kFewest && (most_contradict ? 2 * fits < usable : fits == usable);
 }
 
-/// Encoders that stand still while the robot drives: when most tags contradict a standstill, and all agree
-/// that the robot went some centimetres since they were seen last, then it did.
+/// Detects encoders that report standstill while the robot drives: most tags contradict the standstill, and
+/// all agree that the robot moved some centimetres since the previous frame.
 void Tracker::detect_stuck_wheels(const FrameObservations& frame, double since_s) {
   constexpr double kFastest_m_s = 0.5;
   constexpr double kFastest_rad_s = 0.5;
   constexpr double kMoment_s = 0.3;
-  if (trusts_standstill_ || !state_.no_way || state_.wheels_stuck || state_.given ||
+  if (trust_standstill_ || !state_.no_translation || state_.wheels_stuck || state_.given ||
       state_.mode != TrackMode::Certain)
     return;
   if (!(since_s > 0 && since_s < kMoment_s) || !all_fit(frame, true)) return;
@@ -473,7 +474,7 @@ void Tracker::process(FrameObservations& frame) {
     search(frame);
   } else {
     const Verdict verdict = gate(frame);
-    // A picture most of which contradicts is rejected as a whole.
+    // A frame is rejected as a whole if most of its observations contradict the estimate.
     if (verdict.accepted_count >= verdict.rejected_count) {
       const SE2 predicted = filter_.state().map_T_base;
       update(verdict);
@@ -488,7 +489,7 @@ void Tracker::process(FrameObservations& frame) {
   keep_filtered();
 }
 
-/// No NaN comes out, whatever went in.
+/// Resets the filter if the state is not finite, so that no NaN is returned whatever the input.
 void Tracker::check_sound() {
   const RiekfState& s = filter_.state();
   const bool sound = s.map_T_base.matrix().allFinite() && s.P.allFinite() && s.slow.allFinite() &&
@@ -517,7 +518,7 @@ std::optional<LocalizationEstimate> Tracker::estimate() const {
   return estimate;
 }
 
-// Lost, uncertain, certain: what a look makes of it.
+// Transitions between lost, uncertain and certain.
 
 void Tracker::restart_from(const GivenPose& given) {
   restarts_ += state_.starts > 0 ? 1 : 0;
@@ -585,7 +586,7 @@ void Tracker::count_contradiction(const FrameObservations& frame) {
   search(frame);
 }
 
-/// Certain is who agreed in several looks, with two tags at least.
+/// The estimate is certain after several frames agreed and at least two distinct tags took part.
 void Tracker::count_agreement(const Verdict& verdict) {
   state_.contradicting_frames = 0;
   if (state_.mode == TrackMode::Certain) {

@@ -13,33 +13,34 @@
 
 namespace waymark {
 
-/// A pose that observations have proposed, and who is for it.
+/// A pose hypothesis proposed by observations, with its evidence.
 struct Candidate {
   SE2 map_T_base{};
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< left tangent in map
   std::array<int, 4> landmarks{};                        ///< distinct ones that agree
   int distinct = 0;
   int support = 0;  ///< observations that agree
-  int against = 0;  ///< since it is known
+  int against = 0;  ///< observations that disagree since it was proposed
   std::int64_t age = 0;
-  bool points_only = false;  ///< proposed by two points, whose distance alone speaks for it
+  bool points_only = false;  ///< proposed by two points: their distance is the only evidence
 
   void add_landmark(int landmark);
 };
 
-/// Where a robot may be that does not know: candidates proposed by single observations, carried along by the
-/// motion, and accepted when distinct landmarks agree. One tag alone is never accepted: its number may be
-/// misread, it may hang elsewhere, and a flat square has two poses. Fixed size, no allocation.
+/// Pose hypotheses while the pose is unknown: proposed by single observations, propagated by the motion, and
+/// accepted when distinct landmarks agree. One tag alone is never accepted: its number may be misread, it may
+/// have been moved, and a planar square has two poses. Fixed size, no allocation.
 class PoseHypotheses {
  public:
   explicit PoseHypotheses(const RiekfOptions& options);
 
   void propagate(const Eigen::Vector3d& twist, const Eigen::Vector3d& variances);
   void observe(std::span<const Observation> seen, const Landmarks& landmarks, const MountedSensor& sensor);
-  /// The candidate that can be accepted: `tags` distinct landmarks agree, more is for it than against, and no
-  /// other comes near. Points need one more when `contradicted`: an estimate that speaks against it.
+  /// The candidate that can be accepted: the required number of distinct landmarks agrees, more observations
+  /// agree than disagree, and no other candidate is close in score. Points need one more landmark if
+  /// `contradicted`, that is, if an existing estimate disagrees.
   [[nodiscard]] const Candidate* acceptable(bool contradicted) const;
-  /// The one with most support, to show something; nullptr when there is none.
+  /// The candidate with most support, for display; nullptr if there is none.
   [[nodiscard]] const Candidate* best() const;
   void clear() { count_ = 0; }
 
@@ -58,63 +59,63 @@ class PoseHypotheses {
 };
 
 enum class TrackMode : std::uint8_t {
-  Lost,       ///< no estimate: no two landmarks agreed yet
-  Uncertain,  ///< an estimate that is contradicted
+  Lost,       ///< no estimate: no two landmarks have agreed yet
+  Uncertain,  ///< the estimate is contradicted
   Certain,
 };
 
-/// Everything that going back in time must bring back.
+/// Complete state that a rewind restores.
 struct TrackState {
   RiekfState filter{};
   TrackMode mode = TrackMode::Lost;
   SensorTime stamp{};
-  bool started = false;  ///< the stamp means something
+  bool started = false;  ///< the stamp is valid
   SensorTime frame_stamp = SensorTime::min();
   std::uint64_t frame_number = 0;
-  bool given = false;  ///< the start is somebody's word, and no tag has confirmed it yet
+  bool given = false;  ///< the start pose was given, and no tag has confirmed it yet
   bool contradicted = false;
   SensorTime contradicted_since{};
-  int contradicting_frames = 0;   ///< in a row, up to the newest
+  int contradicting_frames = 0;   ///< consecutive, up to the newest
   int agreeing_frames = 0;        ///< since it became uncertain
   std::array<int, 2> agreeing{};  ///< landmarks that agreed since
   int agreeing_distinct = 0;
   int starts = 0;
-  bool no_way = false;        ///< odometry tells of none since the step before …
-  bool wheels_stuck = false;  ///< … and tags show that the robot moves all the same
+  bool no_translation = false;  ///< the newest step of odometry contains no translation
+  bool wheels_stuck = false;    ///< odometry reports no motion, but tags show that the robot moves
   SuddenHalt halt{};
   PoseHypotheses pose_hypotheses;
 };
 
-/// One step of a run, for a smoother: what was predicted from the step before, and what looks made of it.
+/// One step of a run for a smoother: the prediction from the previous step and the result of its update.
 struct TraceStep {
   SensorTime stamp{};
   int chain = 0;  ///< a new start begins a new chain
   bool certain = false;
   StateMatrix transition = StateMatrix::Identity();
-  StateMatrix motion_in_common = StateMatrix::Zero();  ///< Riekf::last_motion_in_common()
-  SE2 predicted{};                                     ///< covariances: but for the errors that stay
+  StateMatrix motion_cross_covariance = StateMatrix::Zero();  ///< Riekf::last_motion_cross_covariance()
+  SE2 predicted{};  ///< covariances are conditional on the considered errors
   SlowVector predicted_slow = SlowVector::Zero();
   StateMatrix predicted_P = StateMatrix::Zero();
   SE2 filtered{};
   SlowVector filtered_slow = SlowVector::Zero();
   StateMatrix filtered_P = StateMatrix::Zero();
-  Eigen::Matrix3d lasting_P = Eigen::Matrix3d::Zero();  ///< what those errors add to that of the pose
+  Eigen::Matrix3d lasting_P = Eigen::Matrix3d::Zero();  ///< pose covariance added by the considered errors
 };
 
-/// The filter with what makes it survive: gates, contradiction, cold start, watching the tags. Time goes
-/// forwards only; see RiekfLocalizer for samples that come late.
+/// The filter with gating, contradiction tests, initialisation and tag watch. Time only advances;
+/// RiekfLocalizer handles late samples.
 class Tracker {
  public:
   Tracker(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options, ErrorState error);
 
   void advance(const MotionStep& step, SensorTime to);
-  /// A look at the time the track is at.
+  /// Processes a frame whose stamp is the current time of the track.
   void process(FrameObservations& frame);
   void start_at(SensorTime stamp);
-  /// Starts from a pose that somebody gives, with deviations of x, y [m] and yaw [rad]. It is certain when
-  /// the first tags agree, and given up at once when they do not.
+  /// Starts from a given pose with standard deviations of x, y [m] and yaw [rad]. It becomes certain when the
+  /// first tags agree and is dropped as soon as they do not.
   void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
-  /// The same in the middle of a run. What was learnt of motion and tags is kept.
+  /// Restarts from a given pose during a run. Estimates of slow motion errors and tag statistics are kept.
   void restart_from(const GivenPose& given);
 
   [[nodiscard]] const TrackState& state() const { return state_; }
@@ -130,34 +131,34 @@ class Tracker {
   [[nodiscard]] std::vector<NisRecord>& comparisons() { return comparisons_; }
   [[nodiscard]] const std::vector<NisRecord>& comparisons() const { return comparisons_; }
   [[nodiscard]] int broken() const { return broken_; }
-  /// Starts that were given in the middle of a run.
+  /// Number of poses given during the run.
   [[nodiscard]] int restarts() const { return restarts_; }
-  /// Starts that were given and given up.
+  /// Number of given poses that tags refuted.
   [[nodiscard]] int refused_starts() const { return refused_starts_; }
-  /// NIS of means over many observations of one tag, over their degrees of freedom: 1 when errors that stay
-  /// are known to stay, more when they are taken for noise that averages away. Nothing before there are
-  /// enough.
+  /// NIS of means over many observations of one tag, divided by their degrees of freedom: about 1 if lasting
+  /// errors are modelled as lasting, larger if they are modelled as noise that averages away. None before
+  /// there are enough means.
   [[nodiscard]] std::optional<double> lasting_nis() const { return lasting_.mean(); }
   [[nodiscard]] const LastingErrors& lasting() const { return lasting_; }
-  /// What accepted observations tell of errors of mounting, scale and latency.
+  /// Evidence of accepted observations about errors of mounting, scale and latency.
   [[nodiscard]] SystematicErrors& systematic() { return systematic_; }
   [[nodiscard]] const SystematicErrors& systematic() const { return systematic_; }
-  /// Mounting, scale or latency, when the innovations show one of them to be wrong.
+  /// Mounting, scale or latency, if the innovations show that it is wrong.
   [[nodiscard]] const std::optional<SystematicVerdict>& suspect() const { return suspect_; }
-  /// What an earlier run over the same drive showed: the covariance covers it, from the start.
+  /// Sets the verdict of an earlier run over the same drive, so that the covariance covers it from the start.
   void suspect(const SystematicVerdict& verdict) {
     suspect_ = verdict;
     suspected_before_ = true;
   }
-  /// Odometry that tells of a standstill is right, whatever tags say: for who judges by other means who
-  /// moved.
-  void trust_standstill() { trusts_standstill_ = true; }
-  /// A number that was suspected is another now: what was learnt of it counts no more.
+  /// Accepts standstill reported by odometry even if tags contradict it, for a caller that detects motion by
+  /// other means.
+  void trust_standstill() { trust_standstill_ = true; }
+  /// Discards the evidence about systematic errors, after one of the suspected parameters changed.
   void forget_systematic();
   [[nodiscard]] bool sees_corners() const { return sees_corners_; }
-  /// Keeps every step from now on, …
+  /// Keeps every step of the run from now on.
   void keep_trace() { tracing_ = true; }
-  /// … or those of the last moments, with memory taken now: so long, and what samples may be late.
+  /// Keeps the steps of the last `lag`, plus the time that samples may be late. Memory is allocated here.
   void keep_trace(Duration lag);
   [[nodiscard]] const std::vector<TraceStep>& trace() const { return trace_; }
 
@@ -176,7 +177,7 @@ class Tracker {
   void count_contradiction(const FrameObservations& frame);
   void report(const FrameObservations& frame, const Observation& observation, const Linearised& z, double nis,
               bool accepted, int place);
-  /// Where the landmark would be by an observation that is rejected.
+  /// Records the position that a rejected observation implies for its landmark.
   void report_contradiction(const FrameObservations& frame, const Observation& observation);
   void search(const FrameObservations& frame);
   void learn_systematic(const Linearised& z, int place);
@@ -194,12 +195,12 @@ class Tracker {
   Riekf::Batch batch_{};
   std::array<Observation, FrameObservations::kMaxObservations> usable_{};
   std::array<Linearised, FrameObservations::kMaxObservations>
-      accepted_linearised_{};  ///< what is accepted, at the estimate it was judged by
+      accepted_linearised_{};  ///< accepted observations, linearised at the estimate at which they were gated
   std::vector<NisRecord> comparisons_;
   RiekfState before_detection_{};
-  bool trusts_standstill_ = false;
+  bool trust_standstill_ = false;
   bool tracing_ = false;
-  std::optional<Duration> trace_kept_{};  ///< nothing: all of it
+  std::optional<Duration> trace_kept_{};  ///< none: the whole run
   std::vector<TraceStep> trace_;
   int broken_ = 0;
   int refused_starts_ = 0;
@@ -208,7 +209,7 @@ class Tracker {
   SystematicErrors systematic_;
   std::optional<SystematicVerdict> suspect_{};
   bool suspected_before_ = false;
-  int next_verdict_ = 0;  ///< at so many observations
+  int next_verdict_ = 0;  ///< number of observations at which the next test runs
   bool sees_corners_ = false;
 };
 

@@ -1,34 +1,36 @@
-// What the filter is told wrongly, it notices: a start, odometry that jumps, a robot that is carried.
+// The tracker detects wrong inputs: a wrong start, odometry that jumps, a robot that is moved by hand.
 #include <cmath>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/laser_robot.hpp"
 
 namespace waymark {
 namespace {
 
+using test::findings;
 using test::laser_filter;
 using test::laser_points;
 using test::laser_time;
 using test::LaserRobot;
 using test::off_m;
-using test::says;
 
-TEST(AStartThatIsGiven, IsCertainWhenTheFirstTagsAgree) {
+TEST(GivenStart, IsCertainWhenTheFirstTagsAgree) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
   filter.start_from(robot.truth, 0.05, 0.05);
   robot.drive(filter, 1, false);
   ASSERT_TRUE(filter.estimate());
-  EXPECT_FALSE(filter.estimate()->certain) << "nobody has confirmed it";
+  EXPECT_FALSE(filter.estimate()->certain) << "no tag has confirmed it";
   robot.drive(filter, 0.3);
   EXPECT_TRUE(filter.estimate()->certain);
   EXPECT_LT(off_m(filter, robot), 0.1);
   EXPECT_TRUE(filter.problems().empty());
 }
 
-TEST(AStartThatIsGiven, IsGivenUpWhenTheyDoNot) {
+TEST(GivenStart, IsDroppedWhenTheFirstTagsContradict) {
   for (const SE2& off : {SE2(1.5, 1, 1), SE2(0, 0, 3), SE2(-0.5, 0, 0)}) {
     RiekfLocalizer filter = laser_filter();
     LaserRobot robot;
@@ -41,37 +43,37 @@ TEST(AStartThatIsGiven, IsGivenUpWhenTheyDoNot) {
     EXPECT_EQ(certain_and_wrong, 0) << off.x();
     EXPECT_TRUE(filter.estimate()->certain) << off.x();
     EXPECT_LT(off_m(filter, robot), 0.1) << off.x();
-    EXPECT_TRUE(says(filter, "assumed start")) << off.x();
+    EXPECT_EQ(filter.tracker().refused_starts(), 1) << off.x();
+    testing::expect_on_page("localize", findings(filter));
   }
 }
 
-// Pictures come late: what was seen before somebody said where the robot is must not bring back the old
-// place.
-TEST(APoseThatIsGivenInTheMiddle, CountsWhateverWasEstimatedBefore) {
+// Images arrive late: observations from before the given pose must not restore the former pose.
+TEST(GivenPose, ReplacesTheEstimate) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
   robot.drive(filter, 3);
   ASSERT_TRUE(filter.estimate()->certain);
   const LaserRobot before = robot;
-  robot.truth = SE2(-1, 1, 2);  // carried
+  robot.truth = SE2(-1, 1, 2);  // moved by hand
   ASSERT_TRUE(filter.restart_from(
       {robot.truth * SE2(0.02, 0.02, 0.02), Eigen::Vector3d(4e-3, 4e-3, 4e-3).asDiagonal()}));
   EXPECT_LT(off_m(filter, robot), 0.03);
-  EXPECT_FALSE(filter.estimate()->certain) << "no tag has said so";
+  EXPECT_FALSE(filter.estimate()->certain) << "no tag has confirmed it";
   for (const LandmarkPoint& point : laser_points()) {
     const Eigen::Vector2d p = before.truth.inverse() * point.map_p;
     filter.add(
         RangeBearing{laser_time(before.seconds - 0.05), point.number, p.norm(), std::atan2(p.y(), p.x())});
   }
   robot.drive(filter, 0.06, false);
-  EXPECT_LT(off_m(filter, robot), 0.05) << "what was seen before the robot was carried says nothing";
+  EXPECT_LT(off_m(filter, robot), 0.05) << "observations from before the robot was moved are ignored";
   robot.drive(filter, 0.3);
   EXPECT_TRUE(filter.estimate()->certain);
   EXPECT_LT(off_m(filter, robot), 0.1);
-  EXPECT_TRUE(filter.problems().empty()) << "it was not lost";
+  EXPECT_TRUE(filter.problems().empty()) << "no recovery is reported";
 }
 
-TEST(APoseThatIsGivenInTheMiddle, IsGivenUpWhenTagsContradict) {
+TEST(GivenPose, IsDroppedWhenTagsContradict) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
   robot.drive(filter, 3);
@@ -86,8 +88,8 @@ TEST(APoseThatIsGivenInTheMiddle, IsGivenUpWhenTagsContradict) {
   EXPECT_LT(off_m(filter, robot), 0.1);
 }
 
-// What is said of it is what happened: one tag refutes a pose and gives none, two give another.
-TEST(APoseThatIsGivenInTheMiddle, IsNotCalledLocalisedBeforeTwoTagsAgree) {
+// One tag refutes a pose without giving another; two tags give one. The report distinguishes the two cases.
+TEST(GivenPose, IsReportedAsNotLocalisedUntilTwoTagsAgree) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
   robot.drive(filter, 3);
@@ -95,23 +97,22 @@ TEST(APoseThatIsGivenInTheMiddle, IsNotCalledLocalisedBeforeTwoTagsAgree) {
   filter.restart_from({robot.truth * SE2(1, 1, 1), Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal()});
   robot.drive(filter, 1);
   EXPECT_FALSE(filter.estimate()->certain);
-  EXPECT_TRUE(says(filter, "do not agree with the pose that was given: the robot is not localised"))
-      << ::testing::PrintToString(filter.problems());
+  EXPECT_EQ(filter.tracker().restarts(), 1);
+  EXPECT_EQ(filter.tracker().refused_starts(), 1);
+  testing::expect_on_page("localize", findings(filter));
   robot.in_view = 8;
   robot.drive(filter, 2);
   EXPECT_TRUE(filter.estimate()->certain);
-  EXPECT_TRUE(
-      says(filter, "do not agree with the pose that was given: the robot was localised from the tags"))
-      << ::testing::PrintToString(filter.problems());
-  EXPECT_FALSE(says(filter, "lost and found"));
+  EXPECT_THAT(filter.problems(), ::testing::Each(::testing::Not(::testing::HasSubstr("recovered"))));
+  testing::expect_on_page("localize", findings(filter));
 }
 
-TEST(OdometryThatJumps, IsSaidAndTheRobotIsLookedForAnew) {
+TEST(OdometryJump, IsReportedAndThePoseReinitialised) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
   robot.drive(filter, 3);
   ASSERT_TRUE(filter.estimate() && filter.estimate()->certain);
-  robot.odom = SE2(40, -7, 2);  // the counter was set back, and the robot was carried
+  robot.odom = SE2(40, -7, 2);  // the counter was reset, and the robot was moved
   robot.truth = SE2(0.5, 0.5, -2);
   int certain_and_wrong = 0;
   for (int i = 0; i < 100; ++i) {
@@ -122,18 +123,20 @@ TEST(OdometryThatJumps, IsSaidAndTheRobotIsLookedForAnew) {
   EXPECT_EQ(certain_and_wrong, 0);
   EXPECT_TRUE(filter.estimate()->certain);
   EXPECT_LT(off_m(filter, robot), 0.1);
-  EXPECT_TRUE(says(filter, "odometry jumped 1 time"));
+  EXPECT_THAT(filter.problems(), ::testing::Contains(::testing::HasSubstr(" 1 time")));
+  testing::expect_on_page("localize", findings(filter));
 }
 
-TEST(ARobotThatIsCarried, IsSaidToHaveBeenLostAndFound) {
+TEST(MovedRobot, IsReportedAsLostAndRecovered) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
   robot.drive(filter, 3);
-  EXPECT_FALSE(says(filter, "lost"));
-  robot.truth = SE2(0.5, 0.5, -2);  // the wheels know nothing of it
+  EXPECT_TRUE(filter.problems().empty()) << findings(filter);
+  robot.truth = SE2(0.5, 0.5, -2);  // the wheels do not measure this
   robot.drive(filter, 3);
   EXPECT_LT(off_m(filter, robot), 0.1);
-  EXPECT_TRUE(says(filter, "lost and found again, 1 time")) << ::testing::PrintToString(filter.problems());
+  EXPECT_THAT(filter.problems(), ::testing::Contains(::testing::HasSubstr(" 1 time")));
+  testing::expect_on_page("localize", findings(filter));
 }
 
 }  // namespace

@@ -12,8 +12,8 @@
 namespace waymark {
 namespace {
 
-constexpr int kEnough = 15;     // contradictions, confirmed, that exclude
-constexpr int kFitsAgain = 30;  // observations in a row that fit
+constexpr int kMinContradictions = 15;  // confirmed, before a landmark is excluded
+constexpr int kFitsAgain = 30;          // consecutive observations that fit, before it is used again
 
 }  // namespace
 
@@ -59,9 +59,9 @@ void TagWatch::confirm() {
     if (one.pending.count == 0) continue;
     one.wrong.add(one.pending);
     one.pending = {};
-    // A tag that mostly fits is misread now and then; that is what the gate is for.
+    // A tag that mostly fits is misread now and then; the gate rejects those observations.
     const bool mostly_wrong = one.wrong.count > one.accepted;
-    if (one.wrong.count >= kEnough && mostly_wrong) one.excluded = true;
+    if (one.wrong.count >= kMinContradictions && mostly_wrong) one.excluded = true;
   }
 }
 
@@ -101,38 +101,40 @@ std::string TagWatch::describe(int landmark) const {
   const double ratio = wrong.ratio / n;
   const double ratio_spread = std::sqrt(std::max(0.0, wrong.ratio2 / n - ratio * ratio));
   const bool same_direction = wrong.direction / n < 0.05;
-  // A wrong size is the same share of every distance; of a tag that hangs kilometres off it is not.
+  // A wrong size scales all distances by the same ratio; a map position that is kilometres off does not.
   const bool same_ratio = ratio_spread < 0.3 * std::min(std::abs(ratio - 1), ratio);
   if (it.size_m > 0 && same_direction && std::abs(ratio - 1) > 0.08 && same_ratio)
     return fmt::format(
-        "{} seems to be {:.3f} m large, where the map says {:.3f} m: not used. Measure its black square, and "
-        "correct its size in the map",
+        "{} seems to measure {:.3f} m instead of {:.3f} m and is not used. Measure its black square and "
+        "correct "
+        "its size in the map",
         name(landmark), it.size_m / ratio, it.size_m);
   if (spread_m < 0.5 * moved_m)
     return fmt::format(
-        "{} hangs {:.2f} m from where the map says, near ({:.2f}, {:.2f}): not used. Hang it back, correct "
-        "the map, or extend it with a lap that sees the tag",
+        "{} is {:.2f} m from its position in the map, near ({:.2f}, {:.2f}), and is not used. Move it back, "
+        "correct the map, or extend the map with a lap that observes the tag",
         name(landmark), moved_m, mean.x(), mean.y());
   return fmt::format(
-      "{} is seen in places that do not agree with each other (several tags with this number, or misread): "
-      "not used. Give the others numbers of their own",
+      "{} is observed at inconsistent positions (several tags with this number, or misread) and is not used. "
+      "Give the other tags different numbers",
       name(landmark));
 }
 
-/// Seen where the map says and, about as often, at one other place.
+/// Duplicate tag: observed at its map position and, about as often, at one other position.
 std::optional<std::string> TagWatch::describe_duplicate(int landmark) const {
   const One& one = at(landmark);
   constexpr double kShare = 0.25;
-  if (one.excluded || one.wrong.count < kEnough || one.wrong.count < kShare * one.seen) return std::nullopt;
+  if (one.excluded || one.wrong.count < kMinContradictions || one.wrong.count < kShare * one.seen)
+    return std::nullopt;
   const Eigen::Vector2d mean = one.wrong.p / one.wrong.count;
   const double spread_m = std::sqrt(std::max(0.0, one.wrong.p2 / one.wrong.count - mean.squaredNorm()));
   const double apart_m = (mean - landmarks_[landmark].map_T_tag.translation().head<2>()).norm();
   if (spread_m > 0.5 * apart_m) return std::nullopt;
   return fmt::format(
-      "{} is seen where the map says and {:.2f} m from there, near ({:.2f}, {:.2f}): two tags with this "
-      "number, "
-      "or it was moved during the drive. What is seen at the second place is not used. Give one of them "
-      "another number",
+      "duplicate {}: observed at its position in the map and {:.2f} m from it, near ({:.2f}, {:.2f}), or "
+      "moved "
+      "during the drive. Observations at the second position are not used. Give one of the two tags another "
+      "number",
       name(landmark), apart_m, mean.x(), mean.y());
 }
 
@@ -144,10 +146,10 @@ std::vector<std::string> TagWatch::findings() const {
     if (!at(a).excluded || reported[static_cast<std::size_t>(a)]) continue;
     for (int b = a + 1; b < landmarks_.size(); ++b) {
       if (!swapped(a, b)) continue;
-      all.push_back(
-          fmt::format("{} and {} are swapped in the map, or on the wall: neither is used. Swap them back, or "
-                      "extend the map with a lap that sees both",
-                      name(a), name(b)));
+      all.push_back(fmt::format(
+          "{} and {} are swapped, in the map or on the wall, and are not used. Swap them back, or "
+          "extend the map with a lap that observes both",
+          name(a), name(b)));
       reported[static_cast<std::size_t>(a)] = reported[static_cast<std::size_t>(b)] = true;
     }
     if (!reported[static_cast<std::size_t>(a)]) all.push_back(describe(a));
@@ -157,25 +159,26 @@ std::vector<std::string> TagWatch::findings() const {
 
 namespace {
 
-constexpr double kHaltWay_m = 1e-7;
-constexpr double kHardestStop_m_s2 = 8;  // tyres slip at less
-constexpr double kHaltSlow_m_s = 0.1;    // coarse encoders seem to stop between their ticks
-constexpr double kHaltMoment_s = 0.05;   // the noise of tags hides what a robot goes in less
-constexpr double kHaltStands = 0.3;      // corrected by less than this share of the way that was feared
+constexpr double kHaltMinStep_m = 1e-7;
+constexpr double kHardestStop_m_s2 = 8;    // tyres slip below this
+constexpr double kHaltMinSpeed_m_s = 0.1;  // below it, coarse encoders seem to stop between two ticks
+constexpr double kHaltMinTime_s = 0.05;    // the motion in a shorter time is below the noise of tags
+constexpr double kHaltMaxCorrectionShare =
+    0.3;  // at standstill if the correction is less than this share of the suspected motion
 
 }  // namespace
 
 MotionStep SuddenHalt::advance(MotionStep step) {
-  const double way_m = step.twist.head<2>().norm();
+  const double distance_m = step.twist.head<2>().norm();
   if (step.dt_s <= 0) return step;
-  if (way_m > kHaltWay_m || step.jumped) {
+  if (distance_m > kHaltMinStep_m || step.jumped) {
     *this = {};
-    speed_m_s_ = way_m / step.dt_s;
+    speed_m_s_ = distance_m / step.dt_s;
     yaw_rate_rad_s_ = step.twist.z() / step.dt_s;
     return step;
   }
   const double period_s = step.dt_s / step.share;
-  suspected_ = suspected_ || (speed_m_s_ > kHaltSlow_m_s && speed_m_s_ > kHardestStop_m_s2 * period_s);
+  suspected_ = suspected_ || (speed_m_s_ > kHaltMinSpeed_m_s && speed_m_s_ > kHardestStop_m_s2 * period_s);
   if (!suspected_) {
     speed_m_s_ = 0;
     return step;
@@ -191,8 +194,9 @@ MotionStep SuddenHalt::advance(MotionStep step) {
 
 void SuddenHalt::observe_correction(double moved_m) {
   if (!suspected_) return;
-  const bool stands = since_s_ > kHaltMoment_s && moved_m < kHaltStands * speed_m_s_ * since_s_;
-  if (stands) *this = {};
+  const bool at_standstill =
+      since_s_ > kHaltMinTime_s && moved_m < kHaltMaxCorrectionShare * speed_m_s_ * since_s_;
+  if (at_standstill) *this = {};
   since_s_ = 0;
 }
 
@@ -213,31 +217,32 @@ void LastingErrors::add(const Linearised& z, const Eigen::Matrix<double, 8, 8>& 
     nis_ += nis;
     cost_ += std::min(nis, kCapPerRow * z.rows);
     for (Eigen::Index i = 0; i < z.rows; ++i) cost_ += 2 * std::log(llt.matrixLLT()(i, i));
-    freedom_ += z.rows;
+    degrees_of_freedom_ += z.rows;
     ++means_;
   }
   sums = {};
 }
 
 std::optional<double> LastingErrors::mean() const {
-  constexpr int kFew = 20;
-  if (means_ < kFew) return std::nullopt;
-  return nis_ / freedom_;
+  constexpr int kMinMeans = 20;
+  if (means_ < kMinMeans) return std::nullopt;
+  return nis_ / degrees_of_freedom_;
 }
 
 namespace {
 
-constexpr std::int64_t kMoment_ns = 2'000'000'000;  ///< longer than slip lasts, and the memory of a filter
+constexpr std::int64_t kMoment_ns =
+    2'000'000'000;  ///< longer than slip lasts, and than the memory of a filter
 
-/// Variances of a value by leaving out one group after the other: what remains has its maximum elsewhere.
-/// Larger by what the variance of Student's t is over that of a normal distribution: a few groups know the
-/// spread of their own errors no better.
+/// Jackknife variances of a value: the maximum moves if one group is left out. They are scaled by the ratio
+/// of the variances of Student's t and of a normal distribution, because a few groups estimate their own
+/// spread poorly.
 template <class Groups>
 SystematicVector jackknife(const SystematicMatrix& information, const SystematicVector& value,
                            const Groups& groups) {
-  constexpr double kFewest = 4;
+  constexpr double kMinGroups = 4;
   const auto count = static_cast<double>(groups.size());
-  if (count < kFewest) return SystematicVector::Zero();
+  if (count < kMinGroups) return SystematicVector::Zero();
   SystematicVector squares = SystematicVector::Zero();
   for (const auto& [key, group] : groups) {
     const SystematicMatrix others = information - group.information;
@@ -290,7 +295,7 @@ void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
   seen_[static_cast<std::size_t>(z.landmark)] = 1;
 }
 
-/// Half as many, twice as long.
+/// Merges neighbouring blocks: half as many, twice as long.
 void SystematicErrors::merge_blocks() {
   for (std::size_t i = 0; i < kBlocks / 2; ++i) {
     Sums both = blocks_[2 * i];
@@ -311,15 +316,15 @@ void SystematicErrors::clear() {
 
 std::optional<SystematicFit> SystematicErrors::fit(const SystematicVector& prior,
                                                    const SystematicVector& away) const {
-  constexpr int kFewest = 100;
-  constexpr int kFewestLandmarks = 3;
+  constexpr int kMinObservations = 100;
+  constexpr int kMinLandmarks = 3;
   SystematicMatrix information = prior.cwiseAbs2().cwiseInverse().asDiagonal();
   SystematicVector score = -information.diagonal().cwiseProduct(away);
   for (const Sums& sums : blocks_) {
     information += sums.information;
     score += sums.score;
   }
-  if (count_ < kFewest || std::ranges::count(seen_, 1) < kFewestLandmarks) return std::nullopt;
+  if (count_ < kMinObservations || std::ranges::count(seen_, 1) < kMinLandmarks) return std::nullopt;
   const Eigen::LLT<SystematicMatrix> llt(information);
   if (llt.info() != Eigen::Success) return std::nullopt;
   SystematicFit fit{.value = llt.solve(score)};
@@ -331,9 +336,9 @@ std::optional<SystematicFit> SystematicErrors::fit(const SystematicVector& prior
   return fit;
 }
 
-/// Of a sample of stretches; zero where they are too few.
+/// Variances from the scatter of the blocks; zero if there are too few.
 SystematicVector SystematicErrors::variances_by_blocks(const SystematicFit& by_number) const {
-  constexpr double kFewestBlocks = 4;
+  constexpr double kMinBlocks = 4;
   double blocks = 0;
   SystematicMatrix scatter = SystematicMatrix::Zero();
   for (const Sums& sums : blocks_) {
@@ -341,14 +346,14 @@ SystematicVector SystematicErrors::variances_by_blocks(const SystematicFit& by_n
     scatter += s * s.transpose();
     blocks += sums.count > 0 ? 1 : 0;
   }
-  if (blocks < kFewestBlocks) return SystematicVector::Zero();
+  if (blocks < kMinBlocks) return SystematicVector::Zero();
   const SystematicMatrix P = by_number.covariance * scatter * by_number.covariance;
   return blocks / (blocks - 1) * P.diagonal();
 }
 
 namespace {
 
-/// Rows of kSystematic that are one suspect.
+/// Rows of kSystematic that belong to one suspect.
 struct Group {
   Suspect suspect;
   Eigen::Index first;
@@ -357,16 +362,14 @@ struct Group {
 
 constexpr std::array kGroups{Group{Suspect::Mounting, 0, 6}, Group{Suspect::Scale, 6, 1},
                              Group{Suspect::CameraLatency, 7, 1}};
-/// Of the numbers of a sensor [m, rad, 1, s]: smaller errors do no harm that the stated covariance would not
-/// cover.
-constexpr std::array kMatters{0.008, 0.008, 0.008, 0.01, 0.01, 0.01, 0.006, 0.01};
+/// Errors of sensor parameters [m, rad, 1, s] below which the stated covariance covers the effect.
+constexpr std::array kNegligible{0.008, 0.008, 0.008, 0.01, 0.01, 0.01, 0.006, 0.01};
 
-/// The largest chi-square, of one degree of freedom, of the numbers of a group that are large enough to
-/// matter.
+/// The largest chi-square (one degree of freedom) among the parameters of a group that exceed kNegligible.
 double wald(const SystematicFit& fit, const Group& group) {
   double most = 0;
   for (Eigen::Index i = group.first; i < group.first + group.size; ++i) {
-    if (std::abs(fit.value[i]) > kMatters[static_cast<std::size_t>(i)])
+    if (std::abs(fit.value[i]) > kNegligible[static_cast<std::size_t>(i)])
       most = std::max(most, fit.value[i] * fit.value[i] / fit.covariance(i, i));
   }
   return most;
@@ -376,12 +379,12 @@ SystematicVector prior_of_any_robot() {
   return (SystematicVector() << 0.1, 0.1, 0.05, 0.1, 0.1, 0.1, 0.05, 0.1, 0.05, 0.05).finished();
 }
 
-/// What a suspect explains when all others are right.
+/// What a suspect explains if all other parameters are correct.
 double explained_alone(const SystematicErrors& errors, const Group& group) {
-  constexpr double kRight = 1e-9;
+  constexpr double kExactSigma = 1e-9;
   SystematicVector prior = prior_of_any_robot();
   for (Eigen::Index i = 0; i < 8; ++i)
-    if (i < group.first || i >= group.first + group.size) prior[i] = kRight;
+    if (i < group.first || i >= group.first + group.size) prior[i] = kExactSigma;
   const auto fit = errors.fit(prior);
   return fit ? wald(*fit, group) : 0;
 }
@@ -415,21 +418,19 @@ std::string describe(const SystematicVerdict& verdict, bool corners) {
     case Suspect::Mounting:
       return fmt::format(
           "the innovations show a wrong sensor mounting: by about x {:.0f} mm, y {:.0f} mm, yaw {:.1f} deg, "
-          "pitch "
-          "{:.1f} deg. Run `waymark calibrate robot` and give the result with `calibration`",
+          "pitch {:.1f} deg. Run `waymark calibrate robot` and pass the result with `calibration`",
           1000 * v[0], 1000 * v[1], to_degrees(v[5]), to_degrees(v[4]));
     case Suspect::Scale:
       return fmt::format(
-          "the innovations show a wrong {}: by about {:+.1f} %. Run `waymark calibrate {}` and give the "
-          "result "
-          "with `calibration`",
+          "the innovations show a wrong {}: by about {:+.1f} %. Run `waymark calibrate {}` and pass the "
+          "result with `calibration`",
           corners ? "focal length, or wrong tag sizes" : "scale of the measured distances", 100 * v[6],
           corners ? "camera" : "robot");
     case Suspect::CameraLatency:
       return fmt::format(
-          "the innovations show a wrong camera latency: by about {:+.0f} ms. Run `waymark calibrate "
-          "robot` and "
-          "give the result with `calibration`, or set `camera_latency_s`",
+          "the innovations show a wrong camera latency: by about {:+.0f} ms. Run `waymark calibrate robot` "
+          "and "
+          "pass the result with `calibration`, or set `camera_latency_s`",
           1000 * v[7]);
   }
   return {};

@@ -13,34 +13,34 @@
 
 namespace waymark {
 
-/// What an observation says about the landmark, at the estimate it was compared with.
+/// Evidence of one observation about its landmark, at the estimate it was compared with.
 struct WatchedObservation {
   int landmark = 0;
   double nis_per_row = 0;
   bool accepted = false;
-  Eigen::Vector2d map_p_implied = Eigen::Vector2d::Zero();  ///< where the landmark would be
-  double range_ratio = 1;                                   ///< distance as measured over as expected
-  double off_direction_rad = 0;                             ///< beside the expected line of sight
+  Eigen::Vector2d map_p_implied = Eigen::Vector2d::Zero();  ///< position implied by the observation
+  double range_ratio = 1;                                   ///< measured distance over predicted distance
+  double off_direction_rad = 0;                             ///< angle to the predicted line of sight
 };
 
-/// Statistics of what each landmark of the map is seen to do, and what they mean in words. A landmark that
-/// contradicts while the others agree is not used any more, until it fits again.
+/// Statistics of the observations of each landmark, and findings as text. A landmark that contradicts the
+/// estimate while the others agree is excluded until it fits again.
 class TagWatch {
  public:
   explicit TagWatch(const Landmarks& landmarks);
 
-  /// Of an observation that was accepted, or of one that was not.
+  /// Adds an observation, accepted or rejected.
   void add(const WatchedObservation& seen);
-  /// The estimate was confirmed by landmarks that were accepted: what contradicted since the last time was
-  /// really wrong.
+  /// Accepted landmarks confirmed the estimate: contradictions collected since the last confirmation count
+  /// against their landmarks.
   void confirm();
-  /// The estimate was wrong, not the landmarks.
+  /// The estimate was wrong, not the landmarks: discards the contradictions that are not yet confirmed.
   void forget_pending();
 
   [[nodiscard]] bool usable(int landmark) const { return !at(landmark).excluded; }
-  /// "tag36h11:5 and tag36h11:6 are swapped in the map …"; in order of id.
+  /// Findings such as "tag36h11:5 and tag36h11:6 are swapped in the map …", in order of id.
   [[nodiscard]] std::vector<std::string> findings() const;
-  /// Mean NIS over its degrees of freedom of the observations that were accepted; 0 when there are none.
+  /// Mean NIS per degree of freedom of the accepted observations; 0 if there are none.
   [[nodiscard]] double mean_nis_per_row(int landmark) const;
   [[nodiscard]] int observations(int landmark) const { return at(landmark).seen; }
   [[nodiscard]] int contradictions(int landmark) const { return at(landmark).wrong.count; }
@@ -75,41 +75,43 @@ class TagWatch {
   std::vector<One> all_;
 };
 
-/// Wheels that stop within one message, harder than a robot can: their encoders may have failed, and the
-/// robot may go on as fast as it went. Until tags have said that it stands, its way is uncertain by as much.
+/// Detects wheels that stop within one message, harder than a robot can brake: the encoders may have failed
+/// while the robot goes on at its former speed. Until tags confirm the standstill, the position is uncertain
+/// by the distance that the robot would have covered.
 class SuddenHalt {
  public:
-  /// The step with the variance that the suspicion adds: of the position, and of the heading where no gyro
-  /// tells of it. Constant time.
+  /// The step with the variance that the suspicion adds: of the position and, if no gyro measures it, of the
+  /// heading. O(1).
   [[nodiscard]] MotionStep advance(MotionStep step);
   [[nodiscard]] bool suspected() const { return suspected_; }
-  /// Tags of a picture corrected the position by so much: by almost nothing where the robot stands.
+  /// The tags of an image corrected the position by `moved_m`: by almost nothing if the robot is at
+  /// standstill.
   void observe_correction(double moved_m);
 
  private:
-  double speed_m_s_ = 0;  ///< of the last step that told of a way
+  double speed_m_s_ = 0;  ///< of the last step with motion
   double yaw_rate_rad_s_ = 0;
-  double since_s_ = 0;  ///< the halt, or the newest picture with tags after it
+  double since_s_ = 0;  ///< time since the halt, or since the newest image with tags after it
   bool suspected_ = false;
 };
 
-/// Do residuals of one landmark average away as fast as the filter believes? The mean of n whitened residuals
-/// has the covariance S - I (what stays, or is the state's) + I / n; a filter that takes a lasting error for
-/// noise finds means far beyond that although every single residual looks right. After Bar-Shalom, Li and
-/// Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4.2 (tests on
+/// Tests whether residuals of one landmark average away as fast as the filter assumes. The mean of n whitened
+/// residuals has the covariance S - I (lasting errors and the state's) + I / n. If the filter models a
+/// lasting error as noise, the means are far larger although every single residual passes. After Bar-Shalom,
+/// Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4.2 (tests on
 /// autocorrelation), for a filter whose innovations may be correlated. No allocation.
 class LastingErrors {
  public:
   explicit LastingErrors(int landmarks) : all_(static_cast<std::size_t>(landmarks)) {}
 
-  /// A residual and the covariance of its innovation.
+  /// Adds a residual with the covariance of its innovation.
   void add(const Linearised& z, const Eigen::Matrix<double, 8, 8>& S);
-  /// NIS of the means so far over their degrees of freedom; nothing when they are few.
+  /// NIS of the means so far, divided by their degrees of freedom; none if there are fewer than 20 means.
   [[nodiscard]] std::optional<double> mean() const;
-  /// Sums over those means: twice their negative log-likelihood, without its constant, and degrees of
+  /// Sums over those means: twice their negative log-likelihood without its constant, and their degrees of
   /// freedom.
   [[nodiscard]] double cost() const { return cost_; }
-  [[nodiscard]] double freedom() const { return freedom_; }
+  [[nodiscard]] double degrees_of_freedom() const { return degrees_of_freedom_; }
 
  private:
   struct Sums {
@@ -120,11 +122,11 @@ class LastingErrors {
   std::vector<Sums> all_;
   double nis_ = 0;
   double cost_ = 0;
-  double freedom_ = 0;
+  double degrees_of_freedom_ = 0;
   int means_ = 0;
 };
 
-/// What some innovations tell of the numbers of kSystematic: information and score of their likelihood.
+/// Information and score of the likelihood of innovations as a function of the parameters of kSystematic.
 struct ScoreSums {
   SystematicMatrix information = SystematicMatrix::Zero();
   SystematicVector score = SystematicVector::Zero();
@@ -133,53 +135,55 @@ struct ScoreSums {
   ScoreSums& operator+=(const ScoreSums& other);
 };
 
-/// Innovations of a drive in two kinds of groups: those of one landmark share the error with which it hangs
-/// and was printed as long as it is seen, and those of one moment share the errors of the motion.
+/// Innovations of a drive, clustered in two ways. Innovations of one landmark share the error of its position
+/// and print; innovations within two seconds share the errors of the motion.
 class ScoreClusters {
  public:
   void add(int landmark, SensorTime stamp, const ScoreSums& score);
-  /// Of each number, where `value` is the maximum of a likelihood of this information, all innovations and
-  /// what was known before included: the variance by landmarks plus that by moments less that by what is
-  /// both (Cameron, Gelbach and Miller, "Robust Inference With Multiway Clustering", Journal of Business and
-  /// Economic Statistics 29(2), 2011, equation (2.13)), at least either of the first two. Each is that of the
-  /// jackknife, which few groups, and unlike ones, do not make too small (Bell and McCaffrey, "Bias Reduction
-  /// in Standard Errors for Linear Regression with Multi-Stage Samples", Survey Methodology 28(2), 2002).
-  /// Landmarks, or moments, of which there are fewer than four count as nothing.
+  /// Variance of each parameter, where `value` maximises a likelihood with this information (all innovations
+  /// and the prior): the variance by landmarks plus that by time minus that by both (Cameron, Gelbach and
+  /// Miller, "Robust Inference With Multiway Clustering", Journal of Business and Economic Statistics 29(2),
+  /// 2011, equation (2.13)), and at least the larger of the first two. Each variance is a jackknife estimate,
+  /// which is not biased low for few and unequal groups (Bell and McCaffrey, "Bias Reduction in Standard
+  /// Errors for Linear Regression with Multi-Stage Samples", Survey Methodology 28(2), 2002). With fewer than
+  /// four landmarks, or intervals, their variance is zero.
   [[nodiscard]] SystematicVector variances(const SystematicMatrix& information,
                                            const SystematicVector& value) const;
 
  private:
-  std::map<std::pair<std::int64_t, int>, ScoreSums> sums_;  ///< by moment and landmark
+  std::map<std::pair<std::int64_t, int>, ScoreSums> sums_;  ///< by interval and landmark
 };
 
-/// Errors of the numbers of kSystematic by which innovations are explained best.
+/// Errors of the parameters of kSystematic that explain the innovations best.
 struct SystematicFit {
   SystematicVector value = SystematicVector::Zero();
   SystematicMatrix covariance = SystematicMatrix::Zero();
 };
 
-/// Regression of innovations on errors of what the filter takes for right: score and information of a
-/// likelihood of innovations (Mehra and Peschon, "An innovations approach to fault detection and diagnosis in
-/// dynamic systems", Automatica 7, 1971; Basseville and Nikiforov, "Detection of Abrupt Changes", section
-/// 7.2.4, additive changes seen through the filter's own dynamics). No allocation after construction.
+/// Regression of innovations on errors of the parameters that the filter assumes to be exact: score and
+/// information of the likelihood of the innovations (Mehra and Peschon, "An innovations approach to fault
+/// detection and diagnosis in dynamic systems", Automatica 7, 1971; Basseville and Nikiforov, "Detection of
+/// Abrupt Changes", section 7.2.4, additive changes seen through the filter's own dynamics). No allocation
+/// after construction.
 class SystematicErrors {
  public:
   explicit SystematicErrors(int landmarks)
       : seen_(static_cast<std::size_t>(landmarks), 0), blocks_(kBlocks) {}
 
-  /// A residual, its sensitivity (Riekf::sensitivity()), and the covariance of its innovation.
+  /// Adds a residual with its sensitivity (Riekf::sensitivity()) and the covariance of its innovation.
   void add(const Linearised& z, const StateBySystematic& A, const Eigen::Matrix<double, 8, 8>& S,
            SensorTime stamp);
   void clear();
-  /// Whether add() counts, or passes over: a part of a drive may be held out.
+  /// Whether add() counts or ignores its arguments: part of a drive may be held out.
   void count_in(bool counts) { counts_ = counts; }
-  /// From now on what each landmark tells in each moment is kept apart: memory grows with the drive, and the
-  /// covariance of fit() is that of ScoreClusters, where that is larger.
+  /// Keeps sums by landmark and interval from now on. Memory grows with the drive, and the covariance of
+  /// fit() is at least that of ScoreClusters.
   void keep_clusters() { clusters_.emplace(); }
-  /// With a prior of these standard deviations about `-away`: so far the numbers are from it already.
-  /// Innovations that are near in time share errors of tags and of the motion: the covariance is also that of
-  /// a sample of stretches of the drive (Liang and Zeger, "Longitudinal data analysis using generalized
-  /// linear models", Biometrika 73(1), 1986), where that is larger. Nothing before there are enough. O(1).
+  /// Maximum with a prior of these standard deviations; `away` is by how much the parameters already differ
+  /// from the centre of the prior. Innovations close in time share errors of tags and of the motion. The
+  /// covariance is therefore at least that of a sample of blocks of the drive (Liang and Zeger, "Longitudinal
+  /// data analysis using generalized linear models", Biometrika 73(1), 1986). None with fewer than 100
+  /// observations or three landmarks. O(1).
   [[nodiscard]] std::optional<SystematicFit> fit(
       const SystematicVector& prior, const SystematicVector& away = SystematicVector::Zero()) const;
   [[nodiscard]] int count() const { return count_; }
@@ -191,29 +195,30 @@ class SystematicErrors {
   static constexpr int kFirstBlock = 128;  ///< observations
   void merge_blocks();
   static constexpr std::size_t kBlocks = 32;
-  std::vector<std::uint8_t> seen_;  ///< landmarks
-  std::vector<Sums> blocks_;        ///< of the drive, each of so many observations
+  std::vector<std::uint8_t> seen_;  ///< 1: observations of the landmark were added
+  std::vector<Sums> blocks_;        ///< of the drive, each of per_block_ observations
   int per_block_ = kFirstBlock;
   int count_ = 0;
   bool counts_ = true;
   std::optional<ScoreClusters> clusters_;
 };
 
-/// What innovations show to be wrong.
+/// Parameters that a test of the innovations can find to be wrong.
 enum class Suspect : std::uint8_t { Mounting, Scale, CameraLatency };
 
 struct SystematicVerdict {
   Suspect suspect = Suspect::Mounting;
-  double chi2 = 0;  ///< of its errors being zero
+  double chi2 = 0;  ///< test statistic of the hypothesis that its errors are zero
   SystematicFit fit{};
-  /// Second moment of the errors of mounting, scale and latency: what the stated covariance must cover.
+  /// Second moment of the errors of mounting, scale and latency, to be covered by the covariance of the
+  /// estimate.
   SystematicMatrix second_moment = SystematicMatrix::Zero();
 };
 
-/// Wald tests of mounting, scale and latency, each beside the others; the one that alone explains most is the
-/// suspect. Nothing when none is significant and large enough to matter.
+/// Wald tests of mounting, scale and latency, each in the presence of the others. The suspect is the
+/// parameter that explains most on its own. None if no parameter is significant and large enough to matter.
 [[nodiscard]] std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors);
-/// The suspect with its size, and the command that mends it.
+/// The finding as text: the suspect, its size, and the command that corrects it.
 [[nodiscard]] std::string describe(const SystematicVerdict& verdict, bool corners);
 
 }  // namespace waymark

@@ -13,15 +13,15 @@
 namespace waymark {
 namespace {
 
-constexpr double kBehind_m = 0.1;  // tags that hang on one wall do not cover each other
+constexpr double kBehind_m = 0.1;  // tags on one wall do not occlude each other
 
-/// What a tag covers of the picture, with a white margin of an eighth of its side.
+/// Area of the image that a tag covers, with a white margin of an eighth of its side.
 struct Print {
   double distance_m = 0;
   Eigen::AlignedBox2d box_px;
 };
 
-/// Of all tags of a map that lie wholly in the picture, however small or oblique, from the front.
+/// All map tags that are completely in the image and face the camera, regardless of size and incidence.
 std::vector<Print> prints_before(const TagMap& map, const CameraModel& camera, const SE3& cam_T_map) {
   constexpr VisibilityLimits kAny = {.min_side_px = 4, .max_incidence_rad = 1.5, .margin_px = 0};
   constexpr double kWithMargin = 1.25;
@@ -37,13 +37,13 @@ std::vector<Print> prints_before(const TagMap& map, const CameraModel& camera, c
 }  // namespace
 
 std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& camera, const SE3& map_T_cam) {
-  constexpr VisibilityLimits kSurely = {.min_side_px = 24, .max_incidence_rad = 1.05, .margin_px = 8};
+  constexpr VisibilityLimits kReliable = {.min_side_px = 24, .max_incidence_rad = 1.05, .margin_px = 8};
   const SE3 cam_T_map = map_T_cam.inverse();
   const std::vector<Print> prints = prints_before(map, camera, cam_T_map);
   std::vector<ExpectedTag> expected;
   for (const auto& [tag, mapped] : map.tags) {
     const SE3 cam_T_tag = cam_T_map * mapped.map_T_tag;
-    const auto corners = visible_corners(camera, cam_T_tag, mapped.size_m, kSurely);
+    const auto corners = visible_corners(camera, cam_T_tag, mapped.size_m, kReliable);
     if (!corners) continue;
     const double distance_m = cam_T_tag.translation().norm();
     const bool covered = std::ranges::any_of(prints, [&](const Print& print) {
@@ -57,12 +57,12 @@ std::vector<ExpectedTag> expected_tags(const TagMap& map, const CameraModel& cam
 std::vector<ExpectedTag> expected_tags(const TagMap& map, const MountedCamera& camera,
                                        const std::optional<LocalizationEstimate>& estimate,
                                        SensorTime stamp) {
-  constexpr double kSure_m = 0.1;
-  constexpr double kSure_rad = 0.05;
-  constexpr double kOld_s = 0.5;
-  if (!estimate || !estimate->certain || !(estimate->position_sigma_m() <= kSure_m) ||
-      !(std::sqrt(estimate->covariance(2, 2)) <= kSure_rad) ||
-      !(std::abs(to_seconds(stamp - estimate->stamp)) <= kOld_s))
+  constexpr double kMaxSigma_m = 0.1;
+  constexpr double kMaxSigma_rad = 0.05;
+  constexpr double kMaxAge_s = 0.5;
+  if (!estimate || !estimate->certain || !(estimate->position_sigma_m() <= kMaxSigma_m) ||
+      !(std::sqrt(estimate->covariance(2, 2)) <= kMaxSigma_rad) ||
+      !(std::abs(to_seconds(stamp - estimate->stamp)) <= kMaxAge_s))
     return {};
   const SE3 map_T_base = map_T_floor(map.floor) * lift(estimate->map_T_base);
   return expected_tags(map, camera.camera, map_T_base * camera.base_T_cam);
@@ -79,7 +79,7 @@ std::string describe(std::span<const MissedTag> missed) {
   if (missed.empty()) return {};
   std::map<MissReason, int> reasons;
   for (const MissedTag& one : missed) ++reasons[one.why];
-  return fmt::format("{} that should be in view {} not found ({})", counted(missed.size(), "tag"),
+  return fmt::format("{} {} not found ({})", counted(missed.size(), "expected tag"),
                      missed.size() == 1 ? "was" : "were", counted_reasons(reasons));
 }
 

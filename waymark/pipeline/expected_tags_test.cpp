@@ -1,11 +1,13 @@
-// Where tags should be in a picture, by the pose and the map, and the words of those that were not found.
+// Expected tags in an image from pose and map, and the description of tags that were not found.
 #include "waymark/pipeline/expected_tags.hpp"
 
 #include <numbers>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
 
@@ -14,7 +16,7 @@ namespace {
 
 constexpr SensorTime kNow{std::chrono::seconds(10)};
 
-/// Looks along the base's x axis, 0.2 m above the floor.
+/// Looks along the x axis of the base, 0.2 m above the floor.
 MountedCamera camera() {
   Eigen::Matrix3d base_R_cam;
   base_R_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -24,9 +26,9 @@ MountedCamera camera() {
           .base_T_cam = SE3(SO3::from_matrix(base_R_cam), {0.1, 0, 0.2})};
 }
 
-/// A wall across x = 2 m, whose tags look back, and a tag behind the robot.
+/// A wall across x = 2 m with tags that face the robot, and a tag behind the robot.
 TagMap wall() {
-  Eigen::Matrix3d map_R_tag;  // z into the tag: along map x
+  Eigen::Matrix3d map_R_tag;  // z points into the tag: along map x
   map_R_tag << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   TagMap map;
   for (int number = 0; number < 3; ++number)
@@ -42,7 +44,7 @@ LocalizationEstimate at(const SE2& map_T_base) {
       .stamp = kNow, .map_T_base = map_T_base, .covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-4).asDiagonal()};
 }
 
-TEST(ExpectedTags, AreThoseInFrontWhereTheCameraSeesThem) {
+TEST(ExpectedTags, AreTheTagsInFrontOfTheCamera) {
   const SE2 pose(0.1, -0.2, 0.05);
   const auto expected = expected_tags(wall(), camera(), at(pose), kNow);
   ASSERT_EQ(expected.size(), 3U);
@@ -55,8 +57,8 @@ TEST(ExpectedTags, AreThoseInFrontWhereTheCameraSeesThem) {
   }
 }
 
-/// One tag hangs half a metre before another, and hides it from here.
-TEST(ExpectedTags, AreNotThoseBehindOthers) {
+/// One tag is half a metre in front of another and occludes it.
+TEST(ExpectedTags, ExcludeOccludedTags) {
   TagMap map = wall();
   MappedTag front = map.tags.at({FamilyId::Tag36h11, 1});
   const Eigen::Vector3d away(-0.5, 0.02, 0);
@@ -69,8 +71,8 @@ TEST(ExpectedTags, AreNotThoseBehindOthers) {
   EXPECT_EQ(numbers, (std::vector<int>{0, 2, 20}));
 }
 
-/// The same place on a floor that leans: what the camera sees does not change.
-TEST(ExpectedTags, StandOnTheFloorThatTheMapHas) {
+/// The same scene on a tilted floor: the image does not change.
+TEST(ExpectedTags, UseTheFloorOfTheMap) {
   TagMap leaning = wall();
   leaning.floor.normal = Eigen::Vector3d(0.2, -0.1, 1).normalized();
   const SE3 map_T_level = map_T_floor(leaning.floor);
@@ -83,27 +85,29 @@ TEST(ExpectedTags, StandOnTheFloorThatTheMapHas) {
       EXPECT_LT((leant[i].corners_px[k] - level[i].corners_px[k]).norm(), 1e-9);
 }
 
-TEST(ExpectedTags, AreNoneWhereThePoseIsNotKnown) {
+TEST(ExpectedTags, AreEmptyForAnUncertainPose) {
   EXPECT_TRUE(expected_tags(wall(), camera(), std::nullopt, kNow).empty());
   LocalizationEstimate estimate = at({});
   EXPECT_FALSE(expected_tags(wall(), camera(), estimate, kNow).empty());
   EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow + std::chrono::seconds(1)).empty()) << "old";
   estimate.certain = false;
-  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "a guess";
+  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "not certain";
   estimate = at({});
   estimate.covariance(0, 0) = 0.04;
-  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "known to 20 cm";
+  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "position uncertain by 20 cm";
   estimate = at({});
   estimate.covariance(2, 2) = 0.01;
-  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "a heading known to 6 degrees";
+  EXPECT_TRUE(expected_tags(wall(), camera(), estimate, kNow).empty()) << "heading uncertain by 6 degrees";
 }
 
-TEST(MissedTags, AreSaidWithTheirReasons) {
+TEST(MissedTags, AreReportedWithTheirReasons) {
   EXPECT_EQ(describe({}), "");
   const MissedTag one{{}, MissReason::Occluded};
-  EXPECT_EQ(describe(std::vector{one}), "1 tag that should be in view was not found (1 occluded)");
+  EXPECT_THAT(describe(std::vector{one}), ::testing::HasSubstr("(1 occluded)"));
+  testing::expect_on_page("replay", describe(std::vector{one}));
   const std::vector<MissedTag> three = {one, {{}, MissReason::TooFaint}, {{}, MissReason::TooFaint}};
-  EXPECT_EQ(describe(three), "3 tags that should be in view were not found (2 too faint, 1 occluded)");
+  EXPECT_THAT(describe(three), ::testing::HasSubstr("(2 too faint, 1 occluded)"));
+  testing::expect_on_page("replay", describe(three));
 }
 
 }  // namespace

@@ -25,10 +25,10 @@ constexpr std::array<std::string_view, 2> kMapMethods{"bundle", "chain"};
 void warn_of_gaps(MappedLap& lap) {
   if (lap.frames_without_pose > kManyWithoutPose * lap.frames) {
     lap.warnings.push_back(
-        fmt::format("{} of {} frames saw no tag that could be trusted", lap.frames_without_pose, lap.frames));
+        fmt::format("{} of {} frames contain no reliable tag", lap.frames_without_pose, lap.frames));
   }
   if (!lap.route.closed)
-    lap.warnings.emplace_back("the lap does not come back to its start: the route is open, driven once");
+    lap.warnings.emplace_back("the lap does not come back to its start; the route is open and driven once");
 }
 
 std::vector<ObservedFrame> observe_all(const TaughtLap& taught, const TeachSetup& setup) {
@@ -47,15 +47,14 @@ std::vector<ObservedFrame> observe_anchor(const TaughtLap& taught, const TeachSe
   return observed;
 }
 
-/// Where the anchor was said to stand no observation of it agrees with a robot that drives on the floor.
+/// No observation of the anchor at its given pose is consistent with a robot that drives on the floor.
 tl::unexpected<Error> misplaced_anchor(const TagId& anchor) {
   return fail(
       ErrorCode::InvalidArgument,
-      fmt::format("{}, the anchor, does not stand as its pose says: nothing the robot saw of it agrees",
-                  to_string(anchor)),
+      fmt::format("the given pose of the anchor {} contradicts all of its observations", to_string(anchor)),
       {},
-      "An upright tag has roll -90, pitch 0 and its yaw (`anchor_pose=0 0 0.3 -90 0 -90`); 0 0 0 lies on "
-      "its back. Without `anchor_pose` the lap tells how it stands.");
+      "The pose of an upright tag has roll -90, pitch 0 and its yaw (`anchor_pose=0 0 0.3 -90 0 -90`); with "
+      "0 0 0 the tag faces up. Without `anchor_pose` its orientation is estimated from the lap.");
 }
 
 double tilt_between(const SE3& map_T_tag, const SE3& other) {
@@ -63,8 +62,8 @@ double tilt_between(const SE3& map_T_tag, const SE3& other) {
   return std::acos(std::clamp(up(map_T_tag).dot(up(other)), -1.0, 1.0));
 }
 
-/// A pose that was given, turned about its centre by the smallest rotation that lets it lean as it does:
-/// place and heading are the giver's, the floor's up is the map's z.
+/// The given pose rotated about its centre by the smallest rotation that gives it the observed tilt: position
+/// and heading are as given, and the floor normal is the z axis of the map.
 SE3 leaning_as(const SE3& stance, const SE3& given) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d floor_up = given.rotation() * (stance.rotation().inverse() * up);
@@ -72,15 +71,15 @@ SE3 leaning_as(const SE3& stance, const SE3& given) {
   return {level * given.rotation(), given.translation()};
 }
 
-/// The map is placed by how the anchor stands on the floor, in words if it is not upright; or a pose that was
-/// given is held against it, and leans as the anchor does.
+/// Places the map by the pose of the anchor on the floor, with a message if the anchor is not upright. A
+/// given pose is compared with the observations and gets the observed tilt.
 Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
-  constexpr double kSurely = to_radians(60);  // a pose from few observations may be the mirrored one
+  constexpr double kMaxTiltDifference = to_radians(60);  // a pose from few observations may be the mirrored one
   const auto stance =
       anchor_stance(observe_anchor(taught, setup), setup.anchor, setup.base_T_cam, options.chain.floor);
   if (!stance) return std::string();
   if (setup.anchor_pose_given) {
-    if (tilt_between(setup.map_T_anchor, stance->map_T_anchor) > kSurely)
+    if (tilt_between(setup.map_T_anchor, stance->map_T_anchor) > kMaxTiltDifference)
       return misplaced_anchor(setup.anchor);
     const bool of_older_map = options.prior && !options.prior->map.floor.covariance;
     if (!of_older_map) setup.map_T_anchor = leaning_as(stance->map_T_anchor, setup.map_T_anchor);
@@ -90,7 +89,7 @@ Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& o
   return describe(*stance, setup.anchor);
 }
 
-/// The floor of the chain: where the robot drove.
+/// The floor under the trajectory of the chain.
 FloorPlane driven_floor(const Trajectory& trajectory) {
   std::vector<double> z_m;
   z_m.reserve(trajectory.size());
@@ -98,7 +97,7 @@ FloorPlane driven_floor(const Trajectory& trajectory) {
   return {.z_m = median(std::move(z_m))};
 }
 
-/// Seen from above: along the floor, also where the map that is extended leans.
+/// The trajectory projected along the floor normal, also if the map that is extended is tilted.
 Trajectory along_the_floor(const MappedLap& lap) {
   Trajectory trajectory = lap.trajectory;
   const SE3 floor_T_map = map_T_floor(lap.map.floor).inverse();
@@ -106,28 +105,29 @@ Trajectory along_the_floor(const MappedLap& lap) {
   return trajectory;
 }
 
-/// A pose that was given for the anchor and how it leans in truth, where a person would see the difference.
+/// Message about the difference between the given and the observed tilt of the anchor, if it is visible.
 std::string describe_lean(const TeachSetup& given, const MappedTag& anchor) {
-  constexpr double kWorthSaying = to_radians(1);
+  constexpr double kMinReportedTilt = to_radians(1);
   const double lean = tilt_between(given.map_T_anchor, anchor.map_T_tag);
-  if (!given.anchor_pose_given || lean < kWorthSaying) return {};
+  if (!given.anchor_pose_given || lean < kMinReportedTilt) return {};
   return fmt::format(
-      "the anchor {} leans by {:.1f} deg from the pose that was given: the map is level with "
-      "the floor, the anchor's place and heading are as given",
+      "the anchor {} is tilted by {:.1f} deg relative to the given pose. The map is level with the floor; "
+      "position and heading of the anchor are as given",
       to_string(given.anchor), to_degrees(lean));
 }
 
-/// None of its observations was accepted in the end.
+/// No observation of the anchor was accepted in the result.
 tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
   if (setup.anchor_pose_given) return misplaced_anchor(setup.anchor);
   return fail(ErrorCode::NotFound,
-              fmt::format("{}, the anchor: nothing the robot saw of it agrees with the rest of the lap",
+              fmt::format("all observations of the anchor {} contradict the rest of the lap",
                           to_string(setup.anchor)),
               {},
-              "Was it moved, or is its id on another tag too? Name a tag that is seen often: `anchor=ID`.");
+              "Check that it was not moved and that its id is unique, or choose a tag that is observed often "
+              "(`anchor=ID`).");
 }
 
-/// From tag to tag, nothing optimised.
+/// Maps by chaining tag to tag, without optimisation.
 Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options) {
   const std::vector<ObservedFrame> observed = observe_all(taught, setup);
   Result<ChainResult> chain =
@@ -143,13 +143,13 @@ Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, con
   }
   for (const TagId& tag : chain->unconnected) {
     lap.warnings.push_back(
-        fmt::format("{} was never seen together with a tag that leads to the anchor: it is not in the map",
+        fmt::format("{} is not in the map: it is in no frame with a tag that is connected to the anchor",
                     to_string(tag)));
   }
   return lap;
 }
 
-/// Everything measured explained at once.
+/// Maps by bundle adjustment over all measurements.
 Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
                             const MapProgress& progress) {
   const LapInput input{.frames = taught.frames,
@@ -206,11 +206,11 @@ Result<MapMethod> parse_map_method(std::string_view name) {
 Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, const MapLapOptions& options,
                           const MapProgress& progress) {
   if (options.prior && options.method == MapMethod::Chain)
-    return fail(ErrorCode::InvalidArgument, "the chain weighs nothing, so it cannot extend a map",
-                {.key = "method"}, "Leave `method` at bundle.");
+    return fail(ErrorCode::InvalidArgument, "the method chain cannot extend a map", {.key = "method"},
+                "Use the method bundle.");
   if (taught.frames.empty())
-    return fail(ErrorCode::NotFound, "there is no frame of a camera in this lap", {},
-                "Is this a recording of tags seen by a camera? `waymark info` shows its topics.");
+    return fail(ErrorCode::NotFound, "the lap contains no camera frame", {},
+                "Check the topics of the recording with `waymark info`.");
   TeachSetup setup = given;
   const Result<std::string> stance = place_anchor(taught, options, setup);
   if (!stance) return tl::unexpected(stance.error());
@@ -246,7 +246,7 @@ std::vector<PointFrame> as_points(const PoseLap& lap) {
   return frames;
 }
 
-/// Where observations near its place have a tag, in space.
+/// Poses of each tag in space, from observations near its estimated position.
 std::map<TagId, std::vector<SE3>> placed_observations(const PoseLap& lap, const LandmarkMap& points) {
   constexpr double kNear = 0.15;
   std::map<TagId, std::vector<SE3>> placed;
@@ -270,8 +270,8 @@ struct Stance {
   double z_sigma_m = 0.05;
 };
 
-/// Height by the median; direction by the observation with the most others near it, and their mean: a square
-/// seen face to face shows one of two poses, so that no mean of all means anything.
+/// Height by the median. Orientation by the observation with the most others near it, and their mean: an
+/// observation of a square from the front has two possible poses, so the mean of all is meaningless.
 Stance stance_of(const std::vector<SE3>& observations) {
   constexpr double kAgree = 0.35;
   constexpr std::size_t kMaxCandidates = 200;
@@ -299,12 +299,12 @@ Stance stance_of(const std::vector<SE3>& observations) {
   }
   stance.map_R_tag = SO3::exp(mean) * stance.map_R_tag;
   stance.z_m = median(std::move(z));
-  // Observations of one drive share their errors: their scatter, not the error of its mean.
+  // The scatter instead of the error of the mean, because observations of one drive share their errors.
   stance.rotation_sigma_rad = std::max(0.02, std::sqrt(squares));
   return stance;
 }
 
-/// Tags in the middle of larger ones: seen less often, in the same place.
+/// Tags in the middle of larger ones: at the same position, with fewer observations.
 std::map<TagId, TagId> nested(const LandmarkMap& points) {
   constexpr double kSamePlace = 0.03;
   std::map<TagId, TagId> inner;
@@ -336,28 +336,29 @@ void warn_of_points(const LandmarkMap& points, const std::map<TagId, TagId>& inn
     return fmt::format("{}", fmt::join(list, ", "));
   };
   if (!points.hardly_seen.empty())
-    words.push_back(names(points.hardly_seen) + ": seen too rarely while the robot moved, not in the map");
+    words.push_back(names(points.hardly_seen) +
+                    ": not in the map, too few observations while the robot moved");
   std::vector<TagId> inside;
   inside.reserve(inner.size());
   for (const auto& [id, outer] : inner) inside.push_back(id);
   if (!inside.empty())
-    words.push_back(names(inside) + ": in the middle of other tags, no places of their own, not in the map");
+    words.push_back(names(inside) + ": not in the map, nested in the middle of other tags");
   for (const auto& [id, point] : points.points) {
     if (point.rejected > point.observations)
-      words.push_back(
-          fmt::format("{} of {} observations of {} contradict the others: it was moved, or two tags "
-                      "carry this id",
-                      point.rejected, point.rejected + point.observations, to_string(id)));
+      words.push_back(fmt::format(
+          "{} of {} observations of {} contradict the others: the tag was moved, or another tag has "
+          "the same id",
+          point.rejected, point.rejected + point.observations, to_string(id)));
   }
   const SE2& m = points.base_X_assumed;
-  constexpr double kWorthSaying_m = 0.01;
-  if (m.translation().norm() > kWorthSaying_m)
-    words.push_back(fmt::format(
-        "the camera seems to sit {:.0f} mm forward, {:.0f} mm to the left of and turned {:.1f} deg from "
-        "where it "
-        "is assumed (+- {:.0f} mm, {:.0f} mm, {:.1f} deg): taken into account",
-        1000 * m.x(), 1000 * m.y(), to_degrees(m.yaw()), 1000 * points.mounting_sigma.x(),
-        1000 * points.mounting_sigma.y(), to_degrees(points.mounting_sigma.z())));
+  constexpr double kMinReportedTilt_m = 0.01;
+  if (m.translation().norm() > kMinReportedTilt_m)
+    words.push_back(
+        fmt::format("the camera mounting differs from the assumed one by {:.0f} mm forward, {:.0f} mm left "
+                    "and {:.1f} deg "
+                    "(+- {:.0f} mm, {:.0f} mm, {:.1f} deg); the difference is taken into account",
+                    1000 * m.x(), 1000 * m.y(), to_degrees(m.yaw()), 1000 * points.mounting_sigma.x(),
+                    1000 * points.mounting_sigma.y(), to_degrees(points.mounting_sigma.z())));
 }
 
 void read_tags(const PoseLap& lap, const LandmarkMap& points, const std::map<TagId, TagId>& inner,
@@ -388,8 +389,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
   read_tags(lap, *points, inner, result);
   if (!lap.sizes.default_size_m)
     result.lap.warnings.emplace_back(
-        "the recording does not say how large its tags are, and poses do not need it: map.yaml says 0.1 m "
-        "(`tag_size_m` says better)");
+        "tag size unknown and not needed for poses; map.yaml contains 0.1 m (set `tag_size_m`)");
   warn_of_points(*points, inner, result.lap.warnings);
   for (std::size_t i = 0; i < points->frames.size(); ++i) {
     result.lap.trajectory.push_back({lap.frames[points->frames[i]].stamp, lift(points->map_X_base[i])});
@@ -409,7 +409,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
   result.lap.frames = static_cast<int>(points->frames.size());
   if (!result.lap.route.closed)
     result.lap.warnings.emplace_back(
-        "the lap does not come back to its start: the route is open, driven once");
+        "the lap does not come back to its start; the route is open and driven once");
   result.figures = {points->scales, points->scales_sigma, points->base_X_assumed, points->mounting_sigma,
                     points->rms_m};
   return result;

@@ -1,7 +1,9 @@
 #include "waymark/pipeline/lap_mapper.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
@@ -20,11 +22,11 @@ TeachSetup some_setup() {
           .base_T_cam = base_T_cam(),
           .sizes = {.default_size_m = 0.16},
           .anchor = kAnchor,
-          // Upright, its reader at smaller x.
+          // Upright, facing towards smaller x.
           .map_T_anchor = SE3(base_T_cam().rotation(), {4, 0.4, 0.3})};
 }
 
-/// A metre straight ahead in 20 frames, both tags in view.
+/// One metre straight ahead in 20 frames with both tags in view.
 TaughtLap some_lap(const TeachSetup& setup) {
   TagMap tags;
   tags.tags[kAnchor] = {.map_T_tag = setup.map_T_anchor, .size_m = 0.16};
@@ -46,7 +48,7 @@ TaughtLap some_lap(const TeachSetup& setup) {
   return lap;
 }
 
-TEST(LapMapper, APerfectLapBecomesAPerfectMap) {
+TEST(LapMapper, AnExactLapGivesAnExactMap) {
   const TeachSetup setup = some_setup();
   const auto lap = map_lap(some_lap(setup), setup);
   ASSERT_TRUE(lap) << to_string(lap.error());
@@ -59,29 +61,37 @@ TEST(LapMapper, APerfectLapBecomesAPerfectMap) {
   EXPECT_NEAR(lap->route.length_m, 1.0, 0.06);
   EXPECT_FALSE(lap->route.closed);
   ASSERT_FALSE(lap->warnings.empty());
-  EXPECT_NE(lap->warnings.back().find("does not come back"), std::string::npos);
+  testing::expect_on_page("map", lap->warnings.back());
 }
 
-TEST(LapMapper, MethodsAreKnownByName) {
+TEST(LapMapper, ParsesTheNamesOfMethods) {
   for (const std::string& name : map_methods()) EXPECT_EQ(to_string(parse_map_method(name).value()), name);
   const auto unknown = parse_map_method("chian");
   ASSERT_FALSE(unknown);
-  EXPECT_EQ(to_string(unknown.error()), "(method): there is no method 'chian'. Did you mean 'chain'?");
+  EXPECT_EQ(unknown.error().place.key, "method");
+  testing::expect_on_page("map", unknown.error());
 }
 
-TEST(LapMapper, SaysWhatIsMissing) {
+TEST(LapMapper, ReportsMissingInput) {
   const TeachSetup setup = some_setup();
   const auto error_of = [&](const TaughtLap& frames, const TeachSetup& with,
                             const MapLapOptions& options = {}) {
     const auto lap = map_lap(frames, with, options);
-    return lap ? std::string() : to_string(lap.error());
+    EXPECT_FALSE(lap);
+    return lap ? Error{} : lap.error();
   };
-  EXPECT_NE(error_of({}, setup).find("no frame of a camera"), std::string::npos);
+  const Error empty = error_of({}, setup);
+  EXPECT_EQ(empty.code, ErrorCode::NotFound);
+  testing::expect_on_page("map", empty);
   TeachSetup elsewhere = setup;
   elsewhere.anchor = {FamilyId::Tag36h11, 7};
-  EXPECT_NE(error_of(some_lap(setup), elsewhere).find("tag36h11:7 "), std::string::npos);
+  const Error without_anchor = error_of(some_lap(setup), elsewhere);
+  EXPECT_THAT(without_anchor.message, ::testing::HasSubstr("tag36h11:7"));
+  testing::expect_on_page("map", without_anchor);
   const TaughtLap standing{.frames = std::vector<TagFrame>(5, some_lap(setup).frames.front())};
-  EXPECT_NE(error_of(standing, setup).find("too short for a route"), std::string::npos);
+  const Error too_short = error_of(standing, setup);
+  EXPECT_EQ(too_short.code, ErrorCode::InvalidArgument);
+  testing::expect_on_page("map", too_short);
 }
 
 }  // namespace

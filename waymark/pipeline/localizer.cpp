@@ -17,17 +17,16 @@ constexpr std::array<std::string_view, 4> kLocalizationMethods{"riekf", "ekf", "
 
 Status check(const LocalizerSetup& setup) {
   if (setup.landmarks.size() == 0)
-    return fail(ErrorCode::InvalidArgument, "the map holds no tag", {},
-                "Localisation needs a map with tags.");
+    return fail(ErrorCode::InvalidArgument, "the map contains no tag", {}, "Use a map with tags.");
   if (const auto clash = setup.landmarks.overlapping(); !clash.empty()) {
     const auto& [a, b] = clash.front();
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the map contradicts itself: {} and {} hang in the same place",
-                            to_string(setup.landmarks[a].tag), to_string(setup.landmarks[b].tag)),
-                {}, "Remove or move one of them.");
+                fmt::format("the map is inconsistent: {} and {} overlap", to_string(setup.landmarks[a].tag),
+                            to_string(setup.landmarks[b].tag)),
+                {}, "Remove one of the two tags from the map.");
   }
   if (setup.method == LocalizationKind::Anchor && (setup.tags.tags.empty() || !setup.sensor.camera))
-    return fail(ErrorCode::InvalidArgument, "the method anchor needs tags with poses and a camera", {},
+    return fail(ErrorCode::InvalidArgument, "the method anchor requires tags with poses and a camera", {},
                 "Use `method=riekf`.");
   return check_ranges(setup.filter);
 }
@@ -91,7 +90,7 @@ std::vector<LocalizationEstimate> Localizer::smoothed() const {
   if (!smooths_) return {};
   RiekfLocalizer* const filter = method_->filter();
   std::vector<LocalizationEstimate> run = smooth(filter->tracker().trace());
-  const bool lags = method_.get() != filter;  // the filter is inside of it
+  const bool lags = method_.get() != filter;  // it contains the filter
   const auto newest = lags ? estimate() : std::nullopt;
   if (newest)
     std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= newest->stamp; });

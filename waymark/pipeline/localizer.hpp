@@ -15,49 +15,50 @@ namespace waymark {
 
 enum class LocalizationKind : std::uint8_t {
   Riekf,     ///< right-invariant extended Kalman filter
-  Ekf,       ///< the same with its error in coordinates
+  Ekf,       ///< the same with coordinate errors
   Anchor,    ///< nearest tag and odometry
   Smoother,  ///< the right-invariant filter with a backward pass
 };
 
 struct LocalizerSetup {
   Landmarks landmarks{};
-  TagMap tags{};  ///< the same as tags with poses; empty when the map has none (then no method anchor)
+  TagMap
+      tags{};  ///< the same map with tag poses; empty if it has none (the method anchor is then unavailable)
   MountedSensor sensor{};
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  /// A robot drives by it: the latency is estimated meanwhile (RiekfLocalizer::estimate_camera_latency()),
-  /// and who moved a robot that stands is for the replay to judge (Tracker::trust_standstill()).
+  /// The estimate drives a robot: the latency is estimated during the run
+  /// (RiekfLocalizer::estimate_camera_latency()), and motion by hand during a standstill is left to the
+  /// replay (Tracker::trust_standstill()).
   bool live = false;
 };
 
-/// The names of the methods, as parse_localization_method() takes them: riekf, ekf, anchor, smoother.
+/// Names that parse_localization_method() accepts: riekf, ekf, anchor, smoother.
 [[nodiscard]] std::vector<std::string> localization_methods();
 [[nodiscard]] std::string_view to_string(LocalizationKind method);
-/// Fails (InvalidArgument, with a suggestion) on a name that is none of them.
+/// Fails (InvalidArgument, with a suggestion) on an unknown name.
 [[nodiscard]] Result<LocalizationKind> parse_localization_method(std::string_view name);
 
-/// Fails on an empty map, on tags that hang in one another, and when the method needs
-/// what the map or the sensor does not have.
+/// Fails on an empty map, on overlapping tags, and if map or sensor lack what the method needs.
 [[nodiscard]] Result<std::unique_ptr<LocalizationMethod>> make_localization_method(
     const LocalizerSetup& setup);
 
-/// The localise phase: samples in, as they come, from a robot or a log; where the robot is comes out at any
+/// The localisation phase: takes samples in order, from a robot or a log, and provides an estimate at any
 /// time.
 class Localizer {
  public:
   static Result<Localizer> make(const LocalizerSetup& setup);
 
-  /// Commands, scans, pictures and the truth are passed over.
+  /// Commands, scans, images and ground truth are ignored.
   void add(const Sample& sample);
-  /// The newest estimate; nothing before the first guess. `certain` says whether to rely on it. Of a smoother
-  /// with a lag: of a lag ago.
+  /// The newest estimate; none before the first fix. `certain`: whether it is reliable. With the fixed-lag
+  /// smoother the estimate is one lag old.
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const { return method_->estimate(); }
-  /// The run in hindsight, when the method is smoother (with a lag: the end of it, which estimate() has not
-  /// said); else empty.
+  /// The smoothed run if the method is smoother (with a lag: only the end, which estimate() has not returned
+  /// yet); otherwise empty.
   [[nodiscard]] std::vector<LocalizationEstimate> smoothed() const;
-  /// The filter inside, where there is one.
+  /// The filter of the method; nullptr if it has none.
   [[nodiscard]] RiekfLocalizer* filter() { return method_->filter(); }
 
   [[nodiscard]] LocalizationMethod& method() { return *method_; }

@@ -21,7 +21,7 @@ struct Transition {
   A action;
 };
 
-/// Everything that can happen. What is not here is refused.
+/// All transitions. Any other event is refused.
 constexpr std::array kTransitions{
     Transition{S::Idle, E::Go, S::Teaching, A::StartLap},
     Transition{S::Idle, E::Teach, S::Teaching, A::StartLap},
@@ -30,7 +30,7 @@ constexpr std::array kTransitions{
     Transition{S::Stopped, E::Teach, S::Teaching, A::StartLap},
     Transition{S::Teaching, E::Go, S::Mapping, A::FinishLap},
     Transition{S::Teaching, E::Stop, S::Idle, A::DropLap},
-    Transition{S::Teaching, E::StickMoved, S::Teaching, A::Nothing},  // that is how one teaches
+    Transition{S::Teaching, E::StickMoved, S::Teaching, A::Nothing},  // the sticks drive while teaching
     Transition{S::Mapping, E::MapMade, S::Ready, A::Nothing},
     Transition{S::Mapping, E::MapFailed, S::Idle, A::Nothing},
     Transition{S::Ready, E::Go, S::Replaying, A::StartReplay},
@@ -51,14 +51,15 @@ std::string usual_reason(E event) {
   return {};
 }
 
-/// Why an event does nothing in a state.
+/// Why an event has no effect in a state.
 std::string refusal(S state, E event) {
-  if (state == S::Over) return "it is over";
-  if (event == E::Go && state == S::Mapping) return "the map is still being made: wait";
-  if (event == E::Stop && state == S::Mapping) return "the robot stands, and the map is being made: wait";
-  if (event == E::Stop) return "the robot stands already";
+  if (state == S::Over) return "the session has ended";
+  if (event == E::Go && state == S::Mapping) return "mapping is in progress: wait";
+  if (event == E::Stop && state == S::Mapping)
+    return "the robot is stopped, and mapping is in progress: wait";
+  if (event == E::Stop) return "the robot is already stopped";
   if (event == E::StickMoved) return "sticks drive only while teaching";
-  return fmt::format("'{}' means nothing while {}", to_string(event), to_string(state));
+  return fmt::format("'{}' has no effect while {}", to_string(event), to_string(state));
 }
 
 bool pressed(const GamepadState& pad, int button) {
@@ -90,7 +91,7 @@ Result<OperatorAction> Operator::handle(OperatorEvent event, Duration now, std::
   if (event == E::Go) {
     const bool bounced = last_go_ && now - *last_go_ < options_.bounce;
     last_go_ = now;
-    if (bounced) return fail(ErrorCode::InvalidArgument, "the button bounced: pressed twice at once");
+    if (bounced) return fail(ErrorCode::InvalidArgument, "the button bounced: the second press is ignored");
   }
   const auto* const found = std::ranges::find_if(
       kTransitions, [&](const Transition& t) { return t.from == state_ && t.event == event; });
@@ -109,15 +110,15 @@ std::string Operator::prompt(const OperatorButtons& buttons) const {
     case S::Idle:
       return go + ": teach a lap";
     case S::Teaching:
-      return fmt::format("{}; {}: the lap is over; {}: drop it", drive, go, stop);
+      return fmt::format("{}; {}: end the lap; {}: discard it", drive, go, stop);
     case S::Mapping:
-      return "the map is being made, the robot stands";
+      return "mapping in progress, the robot is stopped";
     case S::Ready:
       return go + ": replay the lap";
     case S::Replaying:
       return fmt::format("{}: pause; {}: stop, as does driving", go, stop);
     case S::Paused:
-      return fmt::format("{}: go on; {}: stop", go, stop);
+      return fmt::format("{}: resume; {}: stop", go, stop);
     case S::Done:
     case S::Stopped:
       return go + ": replay again";
@@ -139,10 +140,10 @@ std::optional<OperatorEvent> OperatorPad::add(const GamepadState& pad) {
   if (newly(options_.stop_button)) return E::Stop;
   if (newly(options_.quit_button)) return E::Quit;
   if (newly(options_.go_button)) return E::Go;
-  // The four axes of the sticks; triggers rest wherever their make wants.
+  // Only the four stick axes: the rest position of triggers depends on the gamepad.
   constexpr std::size_t kStickAxes = 4;
   for (std::size_t i = 0; i < std::min(kStickAxes, pad.axes.size()); ++i) {
-    if (!(std::abs(pad.axes[i]) < options_.stick_motion)) return E::StickMoved;  // NaN is motion
+    if (!(std::abs(pad.axes[i]) < options_.stick_motion)) return E::StickMoved;  // NaN counts as motion
   }
   return std::nullopt;
 }

@@ -11,79 +11,79 @@
 
 namespace waymark {
 
-/// Where the operator's session is (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS
-/// Robot": a person teaches with a pad, presses a button, and the robot repeats).
+/// State of the operator's session (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS
+/// Robot": a person teaches with a gamepad, presses a button, and the robot repeats).
 enum class OperatorState : std::uint8_t {
-  Idle,      ///< nothing is known yet
-  Teaching,  ///< a person drives, everything is recorded
-  Mapping,   ///< the lap becomes a map and a route; the robot stands
-  Ready,     ///< there is a route
+  Idle,      ///< no map yet
+  Teaching,  ///< a person drives, and the lap is recorded
+  Mapping,   ///< the lap is mapped; the robot is at standstill
+  Ready,     ///< a route is available
   Replaying,
-  Paused,   ///< of a replay; the robot stands
+  Paused,   ///< a replay is paused; the robot is at standstill
   Done,     ///< the route was driven to its end
-  Stopped,  ///< the replay was ended before; why is in reason()
-  Over,     ///< nobody goes on
+  Stopped,  ///< the replay was ended early; see reason()
+  Over,     ///< the session has ended
 };
 
-/// What may happen. Go is the one button of the session: Y, or the triangle.
+/// Events of the session. Go is its main button: Y, or triangle.
 enum class OperatorEvent : std::uint8_t {
   Go,
-  Stop,            ///< B, or the circle
-  StickMoved,      ///< somebody reaches for the sticks
+  Stop,            ///< B, or circle
+  StickMoved,      ///< a person uses the sticks
   MapMade,         ///< the lap was mapped
-  MapFailed,       ///< it could not be
-  ReplayFinished,  ///< the robot is at its goal
-  ReplayStopped,   ///< the replay gave up, or refused to start
+  MapFailed,       ///< mapping failed
+  ReplayFinished,  ///< the robot has reached the goal
+  ReplayStopped,   ///< the replay was aborted, or refused to start
   Quit,
-  Teach,  ///< another lap is asked for, whether there is a map or not
+  Teach,  ///< teach another lap, whether or not there is a map
 };
 
 [[nodiscard]] std::string_view to_string(OperatorState state);
 [[nodiscard]] std::string_view to_string(OperatorEvent event);
 
-/// What whoever runs the session has to do now.
+/// What the owner of the session has to do next.
 enum class OperatorAction : std::uint8_t {
   Nothing,
-  StartLap,      ///< begin to record
-  FinishLap,     ///< end the recording and map it
-  DropLap,       ///< end the recording; it is not mapped
-  StartReplay,   ///< from where the robot stands
-  PauseReplay,   ///< the robot stands, the replay keeps its place
-  ResumeReplay,  ///< from the nearest forward point
+  StartLap,      ///< start recording
+  FinishLap,     ///< end the recording and map the lap
+  DropLap,       ///< end the recording without mapping it
+  StartReplay,   ///< from the current position of the robot
+  PauseReplay,   ///< the robot stops; the replay keeps its position on the route
+  ResumeReplay,  ///< from the nearest point ahead
   EndReplay,
-  Leave,  ///< end whatever runs
+  Leave,  ///< end the current activity
 };
 
 struct OperatorOptions {
-  Duration bounce = std::chrono::milliseconds(300);  ///< Go counts once in that time
+  Duration bounce = std::chrono::milliseconds(300);  ///< further presses of Go within this time are ignored
 };
 
-/// What the person in charge calls the buttons.
+/// Names of the buttons in prompts.
 struct OperatorButtons {
   std::string go = "Y (triangle)";
   std::string stop = "B (circle)";
   std::string drive = "hold the left shoulder and drive";
 };
 
-/// The operator's session as a table: what each event does in each state. Pure: time is an argument, and
-/// nothing here moves a robot but permit().
+/// The operator's session as a state table. Pure: time is an argument; only commands that permit() returns
+/// reach the robot.
 class Operator {
  public:
   explicit Operator(const OperatorOptions& options = {}, OperatorState start = OperatorState::Idle)
       : options_(options), state_(start) {}
 
-  /// What to do about the event; an error says in words why it does nothing now. `reason`: of an event that
-  /// tells why (MapFailed, ReplayStopped).
+  /// Returns the action for an event, or an error that explains why the event has no effect now. `reason`:
+  /// for events with a cause (MapFailed, ReplayStopped).
   Result<OperatorAction> handle(OperatorEvent event, Duration now, std::string reason = {});
 
   [[nodiscard]] OperatorState state() const { return state_; }
   [[nodiscard]] Duration since() const { return since_; }
-  /// Why the last replay or map ended as it did; empty when all is well.
+  /// Why the last replay or mapping ended early; empty otherwise.
   [[nodiscard]] const std::string& reason() const { return reason_; }
-  /// What a person can do now, in one line.
+  /// What the operator can do now, in one line.
   [[nodiscard]] std::string prompt(const OperatorButtons& buttons = {}) const;
 
-  /// The command that may reach the robot: the person's while teaching, the replay's while replaying, and
+  /// The command that may be sent to the robot: the person's while teaching, the replay's while replaying,
   /// zero in every other state.
   [[nodiscard]] VelocityCommand permit(const VelocityCommand& person, const VelocityCommand& replay) const;
 
@@ -96,20 +96,20 @@ class Operator {
 };
 
 struct OperatorPadOptions {
-  int go_button = 3;          ///< Y, the triangle (numbers: inputs/gamepad)
-  int stop_button = 1;        ///< B, the circle
+  int go_button = 3;          ///< Y, or triangle (numbers: inputs/gamepad)
+  int stop_button = 1;        ///< B, or circle
   int quit_button = 4;        ///< back
-  double stick_motion = 0.3;  ///< a stick that is so far off its middle is meant
+  double stick_motion = 0.3;  ///< deflection of a stick that counts as intended
 };
 
-/// Turns what a pad shows into events: a button once when it is pressed, the sticks for as long as they are
-/// off their middle.
+/// Converts gamepad states to events: a button once when it is pressed, the sticks as long as they are
+/// deflected.
 class OperatorPad {
  public:
   explicit OperatorPad(const OperatorPadOptions& options = {}) : options_(options) {}
 
-  /// The event of this state of the pad; Stop before the others. Nothing from the very first state: a button
-  /// that is held when the session begins is not pressed.
+  /// The event of this gamepad state; Stop has priority. The first state causes no event: a button that is
+  /// already held when the session begins does not count.
   [[nodiscard]] std::optional<OperatorEvent> add(const GamepadState& pad);
 
  private:

@@ -3,10 +3,12 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
@@ -42,7 +44,7 @@ TEST(Operator, ASessionFromIdleToDone) {
   EXPECT_EQ(then(E::ReplayFinished), A::EndReplay);
   EXPECT_EQ(session.state(), S::Done);
   EXPECT_EQ(session.reason(), "");
-  EXPECT_EQ(then(E::Go), A::StartReplay) << "once more";
+  EXPECT_EQ(then(E::Go), A::StartReplay) << "a second replay";
   EXPECT_EQ(then(E::StickMoved), A::EndReplay);
   EXPECT_EQ(session.state(), S::Stopped);
   EXPECT_EQ(session.reason(), "stopped: a stick was moved");
@@ -50,7 +52,7 @@ TEST(Operator, ASessionFromIdleToDone) {
 }
 
 TEST(Operator, EveryTransitionAndEveryRefusal) {
-  // Written out a second time, by hand: state, event, what becomes of it.
+  // An independent copy of the table: state, event, result.
   const std::map<std::pair<S, E>, std::pair<S, A>> expected = {
       {{S::Idle, E::Go}, {S::Teaching, A::StartLap}},
       {{S::Idle, E::Teach}, {S::Teaching, A::StartLap}},
@@ -89,19 +91,19 @@ TEST(Operator, EveryTransitionAndEveryRefusal) {
         EXPECT_EQ(session.reason(), session.state() == state ? "" : "why") << where;
       } else {
         ASSERT_FALSE(action) << where;
-        EXPECT_EQ(session.state(), state) << where << ": a refusal changes nothing";
+        EXPECT_EQ(session.state(), state) << where << ": a refused event does not change the state";
         EXPECT_GT(action.error().message.size(), 8U) << where;
         refusals.insert(action.error().message);
       }
     }
     EXPECT_EQ(Operator({}, state).prompt().empty(), state == S::Over);
   }
-  EXPECT_TRUE(refusals.contains("the map is still being made: wait"));
-  EXPECT_TRUE(refusals.contains("sticks drive only while teaching"));
-  EXPECT_TRUE(refusals.contains("'map made' means nothing while idle"));
+  std::string lines;
+  for (const std::string& refusal : refusals) lines += refusal + "\n";
+  testing::expect_on_page("session", lines);
 }
 
-TEST(Operator, OnlyTeachingAndReplayingMoveTheRobot) {
+TEST(Operator, CommandsPassOnlyWhileTeachingOrReplaying) {
   for (const S state : kStates) {
     const VelocityCommand sent = Operator({}, state).permit(kPerson, kReplay);
     EXPECT_EQ(sent, state == S::Teaching    ? kPerson
@@ -111,51 +113,51 @@ TEST(Operator, OnlyTeachingAndReplayingMoveTheRobot) {
   }
 }
 
-TEST(Operator, NothingThatHappensMovesARobotThatWasStopped) {
+TEST(Operator, AStoppedRobotMovesOnlyAfterGoOrTeach) {
   Random random(20261122);
   for (int run = 0; run < 200; ++run) {
     Operator session;
     Duration now{};
     for (int i = 0; i < 200; ++i) {
       const bool could_move = session.permit(kPerson, kReplay) != VelocityCommand{};
-      const E event = kEvents[random.index(kEvents.size() - 1)];  // all but Quit
+      const E event = kEvents[random.index(kEvents.size() - 1)];  // all except Quit
       (void)session.handle(event, now += milliseconds(400));
       const bool can_move = session.permit(kPerson, kReplay) != VelocityCommand{};
       ASSERT_TRUE(could_move || !can_move || event == E::Go || event == E::Teach)
-          << "only a press of the button sets it moving";
+          << "only Go and Teach start motion";
       ASSERT_TRUE(event != E::Stop || !can_move);
       ASSERT_TRUE(event != E::StickMoved || !can_move || session.state() == S::Teaching);
     }
   }
 }
 
-TEST(Operator, AButtonThatBouncesCountsOnce) {
+TEST(Operator, ABouncingButtonCountsOnce) {
   Operator session;
   ASSERT_TRUE(session.handle(E::Go, seconds(1)));
   EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(299)));
   EXPECT_EQ(session.state(), S::Teaching);
-  EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(400))) << "it is still bouncing";
+  EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(400))) << "within the bounce time";
   EXPECT_TRUE(session.handle(E::Go, seconds(1) + milliseconds(700)));
 }
 
-TEST(OperatorPad, AButtonCountsWhenItIsPressedAndSticksWhileTheyAreMoved) {
+TEST(OperatorPad, ButtonsCountOncePerPressAndSticksWhileDeflected) {
   OperatorPad pad;
   const auto state = [](int button, float stick) {
     GamepadState pad_state{.axes = {0, stick, 0, 0, 1, 1}, .buttons = std::vector<std::int32_t>(15, 0)};
     if (button >= 0) pad_state.buttons[static_cast<std::size_t>(button)] = 1;
     return pad_state;
   };
-  EXPECT_FALSE(pad.add(state(3, 0))) << "held since before";
+  EXPECT_FALSE(pad.add(state(3, 0))) << "held before the session began";
   EXPECT_FALSE(pad.add(state(3, 0)));
   EXPECT_FALSE(pad.add(state(-1, 0.29F)));
   EXPECT_EQ(pad.add(state(3, 0)), E::Go);
   EXPECT_FALSE(pad.add(state(3, 0)));
-  EXPECT_EQ(pad.add(state(1, 1)), E::Stop) << "before the stick";
+  EXPECT_EQ(pad.add(state(1, 1)), E::Stop) << "Stop has priority over the stick";
   EXPECT_EQ(pad.add(state(1, 1)), E::StickMoved);
   EXPECT_EQ(pad.add(state(-1, -0.5F)), E::StickMoved);
   EXPECT_EQ(pad.add(state(-1, std::numeric_limits<float>::quiet_NaN())), E::StickMoved);
   EXPECT_EQ(pad.add(state(4, 0)), E::Quit);
-  EXPECT_FALSE(pad.add(GamepadState{})) << "a pad without anything";
+  EXPECT_FALSE(pad.add(GamepadState{})) << "a gamepad without buttons and axes";
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Row {
   ReplayTransition then;
 };
 
-/// Everything that can happen; docs/concepts/replay.md draws it. What is not here changes nothing.
+/// All transitions; docs/concepts/replay.md has the diagram. Any other event has no effect.
 constexpr std::array kReplayTable{
     Row{State::Waiting, Event::GateOpen, {State::Driving, Action::BeginRoute}},
     Row{State::Waiting, Event::GateShut, {State::Refused, Action::Nothing}},
@@ -148,8 +148,8 @@ void Replayer::pause(std::string reason) { pause_ = std::move(reason); }
 
 void Replayer::restart_from(const GivenPose& given) {
   given_ = method_->restart_from(given);
-  pause(given_ ? "its pose was given: look at the robot, then resume"
-               : "a pose was given, which this method does not take: look at the robot, then resume");
+  pause(given_ ? "its pose was given. Check the robot, then resume"
+               : "a pose was given, but this method does not accept one. Check the robot, then resume");
 }
 
 void Replayer::resume() {
@@ -165,7 +165,7 @@ void Replayer::resume() {
   handle(ReplayEvent::Resume);
 }
 
-/// The one place where the state changes.
+/// The only function that changes the state.
 void Replayer::handle(ReplayEvent event) {
   const std::optional<ReplayTransition> then = transition(state_, event);
   if (!then) return;
@@ -198,13 +198,13 @@ void Replayer::track(const LocalizationEstimate& estimate) {
   if (state_ == ReplayState::Driving) follower_.integrate(*progress_, moved);
 }
 
-/// Only from near the route and along it; says where to put the robot otherwise.
+/// Starts only near the route and along it; otherwise reports where to place the robot.
 void Replayer::pass_start_gate() {
   const auto refusal = start_refusal(progress_->cross_track_m, progress_->heading_error_rad, options_.safety);
   if (!refusal) return handle(ReplayEvent::GateOpen);
   const SE2& there = progress_->map_T_route;
-  refusal_ = fmt::format("{} (nearest place: x {:.2f} m, y {:.2f} m, heading {:.0f} deg of the map)",
-                         *refusal, there.x(), there.y(), to_degrees(there.yaw()));
+  refusal_ = fmt::format("{} (nearest pose in map: x {:.2f} m, y {:.2f} m, heading {:.0f} deg)", *refusal,
+                         there.x(), there.y(), to_degrees(there.yaw()));
   handle(ReplayEvent::GateShut);
 }
 
@@ -218,7 +218,7 @@ double Replayer::remaining_m(const RouteProgress& at) const {
   return std::min(station_m, options_.laps * route_.length_m - driven_m_ - ahead);
 }
 
-/// For controllers that know of no standstill but the goal's.
+/// For controllers without a stop at stations.
 VelocityCommand Replayer::slow_for_station(VelocityCommand command) const {
   const double left = stations_.left_m(way_m()) - options_.follower.stop_within_m;
   const double most = std::max(0.05, std::sqrt(std::max(0.0, 2 * options_.follower.brake_m_s2 * left)));
@@ -231,20 +231,20 @@ bool Replayer::at_goal() const {
   return progress_->arc_length_m >= route_.length_m - options_.follower.stop_within_m;
 }
 
-/// Of the route: before the start, and where it continued farther ahead.
+/// Length of the route before the start, and of the parts skipped by resume().
 double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 : start_way_m_); }
 
-/// After more than a second without any sensor, or of a computer that was frozen or asleep, nobody knows what
-/// happened meanwhile: a person has to look.
+/// After more than one second without any sensor sample, or with this computer suspended, the motion in the
+/// meantime is unknown: the operator has to check the robot.
 void Replayer::notice_silence(double dt_s) {
   constexpr double kMaxSilence_s = 1.0;
   if (dt_s > kMaxSilence_s && state_ != ReplayState::Waiting)
     silence_ = fmt::format(
-        "no command was sent for {:.1f} s: this computer was busy. Look at the robot, then resume", dt_s);
+        "no command was sent for {:.1f} s: this computer was overloaded. Check the robot, then resume", dt_s);
   silent_s_ = std::exchange(received_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
   if (silent_s_ > kMaxSilence_s && state_ != ReplayState::Waiting)
-    silence_ = fmt::format(
-        "no sensor sample was received for {:.1f} s or more: look at the robot, then resume", kMaxSilence_s);
+    silence_ =
+        fmt::format("no sensor sample for {:.1f} s or more. Check the robot, then resume", kMaxSilence_s);
 }
 
 VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
@@ -257,7 +257,7 @@ VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& esti
   return follower_.follow(route_, then, at, remaining_m(at), predictor_.options(), predictor_.turning());
 }
 
-/// What stops the robot that the limiter cannot see for itself.
+/// Reasons to stop that the limiter cannot detect itself.
 std::string Replayer::alarm() const {
   if (!pause_.empty()) return pause_;
   if (!contradiction_.empty()) return contradiction_;
@@ -265,12 +265,13 @@ std::string Replayer::alarm() const {
   if (!silence_.empty()) return silence_;
   if (!lost_certainty_) return {};
   if (given_)
-    return "the tags that are seen do not confirm the pose that was given: give it again, or put the robot "
-           "where two tags are in view";
-  std::string words = "what is seen contradicts where the robot believes to be: was it carried?";
+    return "observed tags do not confirm the given pose. Set it again, or place the robot where two tags are "
+           "in "
+           "view";
+  std::string reason = "observed tags contradict the estimated pose. Was the robot moved by hand?";
   const std::vector<std::string> problems = method_->problems();
-  if (!problems.empty()) words += " (" + problems.front() + ")";
-  return words;
+  if (!problems.empty()) reason += " (" + problems.front() + ")";
+  return reason;
 }
 
 SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<LocalizationEstimate>& estimate,
@@ -318,14 +319,14 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   if (state_ == ReplayState::AtStation) serve_station(dt_s, step);
 }
 
-/// The dwell time counts from the standstill on.
+/// The dwell time counts from standstill.
 void Replayer::serve_station(double dt_s, ReplayStep& step) {
   step.station = *stations_.current();
-  step.reason = fmt::format("at '{}': goes on in {:.1f} s", step.station->name, stations_.left_s());
+  step.reason = fmt::format("at '{}': continues in {:.1f} s", step.station->name, stations_.left_s());
   if (last_command_ == VelocityCommand{}) stations_.dwell(std::clamp(dt_s, 0.0, 0.5));
 }
 
-/// Before it starts a robot also has to know better than it must not know while it drives.
+/// The required certainty is higher at the start than during the drive.
 bool Replayer::certain(const std::optional<LocalizationEstimate>& estimate) const {
   if (!estimate || !estimate->certain) return false;
   return state_ != ReplayState::Waiting ||
@@ -333,7 +334,7 @@ bool Replayer::certain(const std::optional<LocalizationEstimate>& estimate) cons
 }
 
 void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
-  // A feed that was stuck and goes on lets the estimate jump: what was found first says more.
+  // After a stuck data feed the estimate jumps; the first contradiction is more informative.
   if (contradiction_.empty()) watch_.check(estimate.map_T_base);
   predictor_.observe(estimate.stamp, estimate.map_T_base, state_ == ReplayState::Driving);
   track(estimate);
@@ -345,7 +346,7 @@ void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
   stations_.arrive(way_m(), options_.follower.stop_within_m);
 }
 
-/// Holds commands, wheels, gyro and tags against each other.
+/// Compares commands, wheels, gyro and tags.
 void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
   constexpr double kMoment_s = 0.3;
   for (const NisRecord& record : step.compared) {
@@ -377,7 +378,7 @@ ReplayStep Replayer::step(SensorTime now) {
   lost_certainty_ = was_certain_ && !known;
   was_certain_ = was_certain_ || known;
   given_ = given_ && !known;
-  if (!known) step.estimate.reset();  // a guess drives no wheels
+  if (!known) step.estimate.reset();  // an uncertain estimate is not driven by
   watch_.tick(now);
   const double dt_s = last_step_ ? to_seconds(now - *last_step_) : kUsualPeriod_s;
   last_step_ = now;
@@ -391,8 +392,8 @@ ReplayStep Replayer::step(SensorTime now) {
     last_command_ = {};
     if (state_ == ReplayState::Refused) step.reason = refusal_;
     if (state_ == ReplayState::Incomplete)
-      step.reason = fmt::format("at the end of the route, but {:.2f} of {:.2f} m were left out", left_out_m(),
-                                route_.length_m);
+      step.reason = fmt::format("at the end of the route, but {:.2f} m of {:.2f} m were not driven",
+                                left_out_m(), route_.length_m);
   }
   predictor_.sent(now, last_command_);
   step.state = state_;

@@ -22,45 +22,45 @@
 
 namespace waymark {
 
-/// How a replay follows its route.
+/// Controller that follows the route.
 enum class ReplayController : std::uint8_t {
-  Follower,  ///< curvature fed forward, errors fed back
+  Follower,  ///< curvature feed-forward with error feedback
   Pursuit,   ///< pure pursuit
-  Pose,      ///< from goal to goal
+  Pose,      ///< go-to-pose from goal to goal
 };
 
 /// The names of the controllers: follower, pursuit, pose.
 [[nodiscard]] std::vector<std::string> replay_controllers();
 [[nodiscard]] std::string_view to_string(ReplayController controller);
-/// Fails (InvalidArgument, with a suggestion) on a name that is none of replay_controllers().
+/// Fails (InvalidArgument, with a suggestion) on a name that is not one of replay_controllers().
 [[nodiscard]] Result<ReplayController> parse_controller(std::string_view name);
 
 enum class ReplayState : std::uint8_t {
   Waiting,     ///< for the first estimate
-  Refused,     ///< the start gate is shut
+  Refused,     ///< the start gate refused the pose of the robot
   Driving,     ///< along the route
-  AtStation,   ///< stands where the route says so, and continues when the dwell time is over
-  Stopped,     ///< by the limiter; continues when the reason is gone, a lasting reason ends with Resume
+  AtStation,   ///< stopped at a station; continues when the dwell time is over
+  Stopped,     ///< by the limiter; continues when the reason is gone, after a lasting reason only with Resume
   Finished,    ///< the whole route was driven
-  Incomplete,  ///< at the end of the route, but not all of it was driven
+  Incomplete,  ///< at the end of the route with parts of it left out
 };
 
-/// What one step of a replay finds, in the order in which a step looks.
+/// Findings of a step, in the order in which they are evaluated.
 enum class ReplayEvent : std::uint8_t {
   GateOpen,        ///< near the route and pointing along it
-  GateShut,        ///< too far from the route, or pointing away
-  GoalReached,     ///< at the end of the route, or of its last lap, and all of it was driven
-  EndReached,      ///< at the end, but a part of the route was left out
+  GateShut,        ///< too far from the route, or heading away from it
+  GoalReached,     ///< at the end of the route, or of its last lap, with all of it driven
+  EndReached,      ///< at the end with a part of the route left out
   LimiterStops,    ///< there is a reason to stop
-  LimiterAllows,   ///< there is none, and no station is being served
-  StationReached,  ///< there is none, and a station is being served
+  LimiterAllows,   ///< no reason to stop, and no station is being served
+  StationReached,  ///< no reason to stop, and a station is being served
   Resume,          ///< a person asks to continue
 };
 
 enum class ReplayAction : std::uint8_t {
   Nothing,
-  BeginRoute,  ///< stations count from here
-  CountStop,   ///< one stop more
+  BeginRoute,  ///< distances to stations count from here
+  CountStop,   ///< count one more stop
 };
 
 struct ReplayTransition {
@@ -70,10 +70,10 @@ struct ReplayTransition {
   friend bool operator==(const ReplayTransition&, const ReplayTransition&) = default;
 };
 
-/// The replay phase as a table: what each event does in each state; nothing where it does nothing. Pure.
+/// The replay phase as a state table: the result of an event in a state; none if it has no effect. Pure.
 [[nodiscard]] std::optional<ReplayTransition> transition(ReplayState from, ReplayEvent event);
 
-/// Whether commands may be sent at all: not once it is refused or over.
+/// Whether commands may be sent at all: not after a refusal or the end.
 [[nodiscard]] constexpr bool is_live(ReplayState state) {
   return state != ReplayState::Refused && state != ReplayState::Finished && state != ReplayState::Incomplete;
 }
@@ -83,7 +83,7 @@ struct ReplayTransition {
 [[nodiscard]] std::string_view to_string(ReplayEvent event);
 
 struct ReplayOptions {
-  double laps = 1;  ///< how often a closed route is driven
+  double laps = 1;  ///< number of laps of a closed route
   ReplayController controller = ReplayController::Follower;
   FollowerOptions follower{};
   ActuatorOptions actuators{};
@@ -97,26 +97,25 @@ struct ReplayOptions {
   SE2 base_T_lidar{};
 };
 
-/// What to send now, and why.
+/// The command to send, with its reason.
 struct ReplayStep {
   ReplayState state = ReplayState::Waiting;
   VelocityCommand command{};
-  std::optional<std::string> reason{};  ///< of a refusal, a stop, or a pause at a station
-  bool lasting = false;                 ///< of a stop: only resume() ends it
-  std::optional<Station> station{};     ///< at which it stands
+  std::optional<std::string> reason{};  ///< of a refusal, a stop, or the dwell time at a station
+  bool lasting = false;                 ///< a stop that only resume() ends
+  std::optional<Station> station{};     ///< at which the robot is stopped
   std::optional<LocalizationEstimate> estimate{};
-  std::vector<NisRecord> compared{};  ///< observations beside what was expected, since the last step
+  std::vector<NisRecord> compared{};  ///< observations and their predictions since the last step
   std::optional<RouteProgress> progress{};
   double driven_m = 0;   ///< along the route since the start
-  double turn_gain = 1;  ///< share of the asked turn that the robot turns, as learnt so far
+  double turn_gain = 1;  ///< actual over commanded turn, as learned so far
 };
 
-/// The replay phase: estimate, follow, limit. What a step finds becomes an event, and the table of
-/// transition() says what follows. Samples in stamp order; step() as often as commands are sent,
-/// twenty times a second or more.
+/// The replay phase: estimate, follow, limit. Each finding of a step is an event, and transition() defines
+/// its effect. Samples are in stamp order; step() is to be called at the rate of commands, at least 20 Hz.
 class Replayer {
  public:
-  /// The map is for the keep-out about tags.
+  /// `map`: for the clearance around tags.
   Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
            const ReplayOptions& options);
 
@@ -125,26 +124,26 @@ class Replayer {
   void add(const Odometry& odometry);
   void add(const ImuSample& imu);
   void add(const LaserScan& scan);
-  /// Where tags should be in a picture that is taken now, and which of them were not found in it, and why.
+  /// Tags expected in a current image. (The camera reports those it did not find, with reasons.)
   [[nodiscard]] std::vector<ExpectedTag> expected(const MountedCamera& camera, SensorTime stamp) const {
     return expected_tags(map_, camera, method_->estimate(), stamp);
   }
   void add(std::vector<MissedTag> missed) { missed_ = std::move(missed); }
-  /// The command for now. Time is an argument: the age of the newest odometry is measured against it.
+  /// The command for `now`, against which the age of the newest odometry is measured.
   [[nodiscard]] ReplayStep step(SensorTime now);
 
-  /// A person holds the robot: it brakes, stands and says why, until resume().
+  /// Pauses the replay: the robot brakes and stays stopped with this reason until resume().
   void pause(std::string reason);
-  /// A person looked: lasting alarms and pauses are forgotten. The robot goes on from the nearest point of
-  /// the route that it has not passed yet, if the start gate allows it.
+  /// After the operator checked the robot: clears lasting alarms and pauses. The robot continues from the
+  /// nearest point of the route that it has not passed yet, if the start gate permits.
   void resume();
 
-  /// A person says where the robot is. It brakes and stands, as by pause(), until resume(): from where it is
-  /// then, if tags that were seen meanwhile agree.
+  /// Sets the pose of the robot. It brakes and stays stopped, as after pause(), until resume(); it then
+  /// continues from its pose, if tags observed in the meantime agree with it.
   void restart_from(const GivenPose& given);
 
   [[nodiscard]] int stops() const { return stops_; }
-  /// In words what is wrong about the map or what is seen: LocalizationMethod::problems().
+  /// Findings about map and observations: LocalizationMethod::problems().
   [[nodiscard]] std::vector<std::string> problems() const { return method_->problems(); }
   [[nodiscard]] const Route& route() const { return route_; }
 
@@ -160,7 +159,7 @@ class Replayer {
   [[nodiscard]] double left_out_m() const;
   void notice_silence(double dt_s);
   [[nodiscard]] double remaining_m(const RouteProgress& at) const;
-  /// Arc length, going on where a closed route begins again.
+  /// Arc length, increasing over the laps of a closed route.
   [[nodiscard]] double way_m() const { return start_way_m_ + driven_m_; }
   [[nodiscard]] VelocityCommand slow_for_station(VelocityCommand command) const;
   [[nodiscard]] VelocityCommand steer(SensorTime now, const LocalizationEstimate& estimate);
@@ -180,32 +179,32 @@ class Replayer {
   StationStops stations_;
   ReplayWatch watch_;
   MotionConsistency consistency_;
-  std::string contradiction_{};  ///< of two sources of motion, in words; lasting
+  std::string contradiction_{};  ///< between two sources of motion; lasting
   ReplayState state_ = ReplayState::Waiting;
   std::optional<RouteProgress> progress_{};
   std::optional<SensorTime> newest_odometry_{};
   std::optional<SensorTime> newest_gyro_{};
   std::optional<SensorTime> newest_picture_{};
-  bool reports_accepted_ = false;                ///< the method says which observations it accepted
+  bool reports_accepted_ = false;                ///< the method reports which observations it accepted
   std::optional<SensorTime> newest_accepted_{};  ///< observation of a tag
-  std::optional<SensorTime> newest_fix_{};       ///< pose by the tags of one picture
-  double accepted_path_m_ = 0;                   ///< way by the wheels up to it
-  std::vector<MissedTag> missed_{};              ///< in the newest picture that should show a tag
+  std::optional<SensorTime> newest_fix_{};       ///< pose from the tags of one image
+  double accepted_path_m_ = 0;                   ///< distance by the wheels at newest_accepted_
+  std::vector<MissedTag> missed_{};              ///< in the newest image with expected tags
   std::optional<LaserScan> scan_{};
   double start_way_m_ = 0;
   double driven_m_ = 0;
-  double skipped_m_ = 0;   ///< of the route, when it continued farther ahead after resume()
+  double skipped_m_ = 0;   ///< length of the route skipped by resume()
   bool received_ = false;  ///< any sensor since the last step
-  double silent_s_ = 0;    ///< since any sensor was received
-  std::string silence_{};  ///< that lasted, in words; lasting
+  double silent_s_ = 0;    ///< time since the last sample of any sensor
+  std::string silence_{};  ///< reason of a stop after a silence; lasting
   VelocityCommand last_command_{};
   std::optional<SensorTime> last_step_{};
   std::string refusal_{};
   std::string pause_{};
-  bool was_certain_ = false;     ///< a certain estimate was there once
-  bool lost_certainty_ = false;  ///< and is not now
-  bool given_ = false;           ///< since somebody said where it is
-  bool unsure_ = false;          ///< it stands for want of a position
+  bool was_certain_ = false;     ///< there was a certain estimate
+  bool lost_certainty_ = false;  ///< there was a certain estimate, but there is none now
+  bool given_ = false;           ///< a pose was given and is not confirmed yet
+  bool unsure_ = false;          ///< stopped for position uncertainty
   bool find_ahead_ = false;      ///< after resume()
   int stops_ = 0;
 };

@@ -4,7 +4,10 @@
 #include <map>
 #include <utility>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -19,7 +22,7 @@ constexpr std::array kReplayEvents{Event::GateOpen,       Event::GateShut,     E
                                    Event::EndReached,     Event::LimiterStops, Event::LimiterAllows,
                                    Event::StationReached, Event::Resume};
 
-// Every cell of seven states and eight events: what is written here happens, and nothing else.
+// Every cell of seven states and eight events: only the transitions written here exist.
 TEST(ReplayPhase, EveryCellOfTheTable) {
   const std::map<std::pair<State, Event>, ReplayTransition> expected = {
       {{State::Waiting, Event::GateOpen}, {State::Driving, Action::BeginRoute}},
@@ -47,8 +50,8 @@ TEST(ReplayPhase, EveryCellOfTheTable) {
   }
 }
 
-// Nothing leaves Finished, only a person leaves Refused, and only the start gate leaves Waiting.
-TEST(ReplayPhase, NothingMovesARobotThatHasFinishedOrIsRefused) {
+// Nothing leaves Finished, only Resume leaves Refused, and only the start gate leaves Waiting.
+TEST(ReplayPhase, AFinishedOrRefusedReplayDoesNotMove) {
   for (const Event event : kReplayEvents) {
     EXPECT_FALSE(transition(State::Finished, event)) << to_string(event);
     EXPECT_FALSE(transition(State::Incomplete, event)) << to_string(event);
@@ -65,8 +68,8 @@ TEST(ReplayController, AnUnknownNameIsAnError) {
     EXPECT_EQ(to_string(parse_controller(name).value()), name);
   const auto unknown = parse_controller("persuit");
   ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.error().message, "there is no controller 'persuit'");
-  EXPECT_NE(unknown.error().hint.find("pursuit"), std::string::npos) << unknown.error().hint;
+  EXPECT_THAT(unknown.error().hint, ::testing::HasSubstr("pursuit"));
+  testing::expect_on_page("replay", unknown.error());
 }
 
 }  // namespace

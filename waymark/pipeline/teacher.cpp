@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// Who belongs together (union-find with path halving).
+/// Connected components (union-find with path halving).
 class Groups {
  public:
   TagId root(TagId tag) {
@@ -22,7 +22,7 @@ class Groups {
     }
     return it->first;
   }
-  /// False when they were together already.
+  /// False if they were already connected.
   bool join(const TagId& a, const TagId& b) {
     const TagId root_a = root(a);
     const TagId root_b = root(b);
@@ -79,12 +79,12 @@ std::vector<TagId> TagLinks::unreachable(const TagId& anchor) const {
 namespace {
 
 constexpr double kAnchorWindowSeconds =
-    10;                                   // the anchor should be seen this near to the start and to the end
-constexpr double kSamePlaceMetres = 1.0;  // … from places this near to each other
-constexpr double kFewObservations = 5;
-constexpr int kFewFrames = 5;            // that join two parts of a map
-constexpr double kJumpSeconds = 0.5;     // by which no good clock goes
-constexpr double kShortestMetres = 0.5;  // of a route that is no loop
+    10;                                   // maximum time from start and end to an observation of the anchor
+constexpr double kSamePlaceMetres = 1.0;  // maximum distance between those observations
+constexpr double kMinObservations = 5;
+constexpr int kMinLinkFrames = 5;        // that connect two parts of a map
+constexpr double kJumpSeconds = 0.5;     // larger steps are not those of a working clock
+constexpr double kShortestMetres = 0.5;  // of a route that is not a loop
 
 }  // namespace
 
@@ -103,7 +103,7 @@ TaughtFrame Teacher::add(const TagFrame& frame) {
   return taught;
 }
 
-/// Equation 3.1, where the anchor is seen: the pose of the first camera, whichever one saw it.
+/// Equation 3.1 if the anchor is in view: the pose of the first camera, whichever camera observed it.
 std::optional<SE3> Teacher::anchored(const ObservedFrame& observed) const {
   std::optional<SE3> map_T_cam;
   for (const TagPoseObservation& seen : observed.tags) {
@@ -159,16 +159,16 @@ void Teacher::keep_anchor_observation(SensorTime stamp, const SE3& map_T_cam) {
     last_anchor_observations_.pop_front();
 }
 
-/// Where the lap overlaps its begin, one sight of the overlap is from nearly the same place; the last one is
-/// from the end of the overlap.
+/// If the lap overlaps its start, one observation of the overlap is from nearly the same position; the last
+/// one is from the end of the overlap.
 bool Teacher::came_back(SensorTime since) const {
   return std::ranges::any_of(last_anchor_observations_, [since](const AnchorObservation& seen) {
     return seen.stamp >= since && seen.apart_m < kSamePlaceMetres && seen.driven_m > 2 * kSamePlaceMetres;
   });
 }
 
-/// Samples of all kinds come in order, but for a little. A picture that is behind the
-/// others while pictures go on is late; only a clock that was set back takes them back.
+/// Samples of all kinds are approximately in order. An image behind the other samples is late if images
+/// continue in order; only a clock reset makes their stamps go back.
 void Teacher::receive(SensorTime stamp, bool is_frame) {
   const double since_s = received_ ? to_seconds(stamp - *received_) : 0;
   const bool goes_on = !newest_frame_ || stamp >= *newest_frame_;
@@ -192,47 +192,46 @@ void Teacher::add(const Odometry& odometry) {
   odometry_ = odometry;
 }
 
-/// Which tags hang loosely on the others, or not at all, and what to do about it.
+/// Warns of tags that are weakly or not at all connected to the others.
 void Teacher::warn_of_links(TeachSummary& summary) const {
-  summary.weak_links = links_.weak(kFewFrames);
+  summary.weak_links = links_.weak(kMinLinkFrames);
   summary.unreachable = links_.unreachable(setup_.anchor);
   for (const TagLink& link : summary.weak_links) {
     summary.warnings.push_back(fmt::format(
-        "{} and {} were seen together in only {} frames, and nothing else joins the two parts of the map "
-        "there: drive slowly where both are in view",
+        "{} and {} are together in only {} frames, and nothing else connects the two parts of the map there: "
+        "drive slowly where both are in view",
         to_string(link.first), to_string(link.second), link.frames));
   }
   if (summary.unreachable.empty() || !first_anchored_cam_) return;
   std::string names;
   for (const TagId& tag : summary.unreachable) names += (names.empty() ? "" : ", ") + to_string(tag);
-  summary.warnings.push_back(fmt::format(
-      "never in view with a tag that leads to the anchor, and so placed by odometry alone: {}: add a "
-      "tag in between, or look at both from one place",
-      names));
+  summary.warnings.push_back(
+      fmt::format("never in view with a tag that is connected to the anchor, and so placed by odometry "
+                  "alone: {}. Add a tag "
+                  "in between, or observe both from one position",
+                  names));
 }
 
 void Teacher::warn_of_stamps(TeachSummary& summary) const {
   if (summary.clock_back_s > 0)
     summary.warnings.push_back(fmt::format(
-        "the sensors' clock went back by {:.2f} s: what was seen before and after cannot be put in "
-        "order, drive the lap again",
+        "the sensors' clock went back by {:.2f} s, so observations before and after cannot be ordered: drive "
+        "the lap again",
         summary.clock_back_s));
   if (summary.odometry_jumps > 0)
     summary.warnings.push_back(fmt::format(
-        "odometry jumped {}, as it does when the robot is restarted or its odometry is set back: how "
-        "the robot moved meanwhile is not known, drive the lap again",
+        "odometry jumped {}, as after a restart of the robot or a reset of its odometry, so the motion in "
+        "between is unknown: drive the lap again",
         counted(summary.odometry_jumps, "time")));
   if (summary.image_arrival_delay_s > 0)
     summary.warnings.push_back(
-        fmt::format("pictures came up to {:.2f} s later than odometry of the same time: a replay would drive "
-                    "by what is long "
-                    "past, look for the delay between the camera and this program",
+        fmt::format("images arrived up to {:.2f} s later than odometry of the same time, so a replay would "
+                    "use outdated images. Check the delay between the camera and this program",
                     summary.image_arrival_delay_s));
   if (summary.longest_silence_s > kJumpSeconds)
-    summary.warnings.push_back(fmt::format(
-        "nothing was heard of camera and odometry for {:.2f} s: they failed, or their clock jumped "
-        "ahead",
-        summary.longest_silence_s));
+    summary.warnings.push_back(
+        fmt::format("no sample of camera and odometry for {:.2f} s: they failed, or their clock jumped ahead",
+                    summary.longest_silence_s));
 }
 
 bool Teacher::long_enough(const TeachSummary& summary) const {
@@ -243,33 +242,33 @@ void Teacher::warn_of_views(TeachSummary& summary) const {
   const auto warn = [&](bool condition, std::string words) {
     if (condition) summary.warnings.push_back(std::move(words));
   };
-  warn(!first_anchored_cam_,
-       fmt::format("the anchor {} was never seen: no map can be placed", to_string(setup_.anchor)));
+  warn(!first_anchored_cam_, fmt::format("the anchor {} was never observed, so the map cannot be placed",
+                                         to_string(setup_.anchor)));
   warn(first_anchored_cam_ && !summary.anchor_at_start,
-       "the anchor was not seen at the start: begin the lap in front of it");
+       "the anchor was not observed at the start: begin the lap in front of it");
   warn(first_anchored_cam_ && !summary.anchor_at_end && setup_.closed_route,
-       "the anchor was not seen at the end: drive on until it is in view again");
+       "the anchor was not observed at the end: continue until it is in view again");
   warn(setup_.closed_route && summary.anchor_at_start && summary.anchor_at_end && !summary.closed_loop,
        fmt::format(
-           "the lap did not come back to where it began ({:.2f} m driven): drive all of it, and a metre "
-           "more",
+           "the lap did not come back to its start ({:.2f} m driven): drive all of it, and one metre more",
            summary.distance_m));
   warn(!setup_.closed_route && summary.distance_m < kShortestMetres,
-       fmt::format("only {:.2f} m were driven: that is no route", summary.distance_m));
-  warn(summary.seen.size() < 2, "fewer than two tags were seen: that is no map");
+       fmt::format("{:.2f} m driven is too short for a route", summary.distance_m));
+  warn(summary.seen.size() < 2, "fewer than two tags were observed; a map needs two");
   warn(summary.two_tags_fraction() < 0.9,
        fmt::format("two tags were in view only {:.0f} % of the time: add tags or drive farther from them",
                    100 * summary.two_tags_fraction()));
   for (const auto& [tag, frames] : summary.seen) {
-    warn(frames < kFewObservations,
-         fmt::format("{} was seen in only {} frames: its place will be poor", to_string(tag), frames));
+    warn(frames < kMinObservations,
+         fmt::format("{} was observed in only {} frames: its position will be inaccurate", to_string(tag),
+                     frames));
   }
 }
 
 TeachSummary Teacher::summary() const {
   TeachSummary summary = counters_;
   if (!first_) {
-    summary.warnings.emplace_back("no frame of the camera arrived");
+    summary.warnings.emplace_back("no camera frame received");
     return summary;
   }
   summary.duration_s = to_seconds(last_ - *first_);
@@ -311,7 +310,7 @@ void TeachMonitor::count(const std::string& camera, std::size_t tags) {
 
 void TeachMonitor::follow(const Odometry& odometry) {
   yaw_rate_rad_s_ = odometry.yaw_rate_rad_s;
-  // A clock that jumped back begins again.
+  // A clock that jumped back restarts the window.
   if (!speeds_.empty() && odometry.stamp <= speeds_.back().stamp) speeds_.clear();
   speeds_.push_back({odometry.stamp, odometry.speed_m_s});
   while (to_seconds(speeds_.back().stamp - speeds_.front().stamp) > options_.window_s) speeds_.pop_front();
@@ -334,24 +333,25 @@ std::vector<std::string> TeachMonitor::live() const {
   std::vector<std::string> words;
   if (motion_blur_px() > options_.blur_px)
     words.push_back(fmt::format("motion blur {:.1f} px: turn more slowly", motion_blur_px()));
-  if (abrupt_) words.push_back(fmt::format("abrupt: {:+.1f} m/s2", acceleration_m_s2()));
+  if (abrupt_) words.push_back(fmt::format("abrupt acceleration {:+.1f} m/s2", acceleration_m_s2()));
   std::size_t tags = tags_.empty() ? 2 : 0;
   for (const auto& [camera, in_view] : tags_) tags += in_view;
-  if (tags < 2) words.emplace_back(tags == 1 ? "one tag only" : "no tag");
+  if (tags < 2) words.emplace_back(tags == 1 ? "only one tag" : "no tag");
   return words;
 }
 
 std::vector<std::string> TeachMonitor::summary() const {
   std::vector<std::string> words;
   if (frames_ > 0 && blurred_frames_ > kTooManyBlurred * frames_)
-    words.push_back(
-        fmt::format("{:.0f} % of the frames smear by more than {:g} px (up to {:.1f}): turn more slowly, or "
-                    "give the camera more light and a shorter exposure",
-                    100.0 * blurred_frames_ / frames_, options_.blur_px, worst_blur_px_));
-  if (abrupt_moments_ > 0)
     words.push_back(fmt::format(
-        "the speed changed abruptly {} times (more than {:g} m/s2): wheels slip then, start and stop gently",
-        abrupt_moments_, options_.acceleration_m_s2));
+        "{:.0f} % of the frames have more than {:g} px of motion blur (up to {:.1f} px): turn more "
+        "slowly, or use more light and a shorter exposure",
+        100.0 * blurred_frames_ / frames_, options_.blur_px, worst_blur_px_));
+  if (abrupt_moments_ > 0)
+    words.push_back(
+        fmt::format("the speed changed abruptly {} times (more than {:g} m/s2): this makes wheels slip, so "
+                    "start and stop gently",
+                    abrupt_moments_, options_.acceleration_m_s2));
   return words;
 }
 

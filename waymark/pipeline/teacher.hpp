@@ -19,27 +19,27 @@
 
 namespace waymark {
 
-/// Two tags, and how many frames show both.
+/// Two tags, and the number of frames that contain both.
 struct TagLink {
   TagId first{};
   TagId second{};
   int frames = 0;
 };
 
-/// Which tags were seen together: what holds a map together. A tag that is joined to the others by few frames
-/// hangs loosely, and everything behind it with it.
+/// Co-visibility of tags, which connects the map. A tag that few frames connect to the others is weakly
+/// determined, and so is everything behind it.
 class TagLinks {
  public:
-  /// The tags of one frame, in any order, each once.
+  /// Adds the tags of one frame, in any order, each once.
   void add(std::span<const TagId> tags) { add(tags, {}); }
-  /// `beside`: what another camera showed at the same moment, and was added already.
+  /// `beside`: tags of another camera at the same time, which were already added.
   void add(std::span<const TagId> tags, std::span<const TagId> beside);
 
-  /// The weakest links that the map cannot do without: those of the maximum spanning forest (Kruskal, "On the
-  /// shortest spanning subtree of a graph", Proc. AMS 7, 1956) with fewer than `frames` frames, the weakest
-  /// first. O(links log links).
+  /// The weak links that connect the map: edges of the maximum spanning forest (Kruskal, "On the shortest
+  /// spanning subtree of a graph", Proc. AMS 7, 1956) with fewer than `frames` frames, the weakest first.
+  /// O(links log links).
   [[nodiscard]] std::vector<TagLink> weak(int frames) const;
-  /// Tags that were seen but are joined to `anchor` through no chain of frames, in order.
+  /// Observed tags that no chain of frames connects to `anchor`, in order.
   [[nodiscard]] std::vector<TagId> unreachable(const TagId& anchor) const;
 
  private:
@@ -49,26 +49,27 @@ class TagLinks {
   std::map<std::pair<TagId, TagId>, int> together_{};
 };
 
-/// What must be known before a lap is taught.
+/// Parameters required before a lap is taught.
 struct TeachSetup {
   CameraModel camera;
   SE3 base_T_cam{};
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
-  bool closed_route = true;       ///< the lap is meant to end where it began
-  bool anchor_pose_given = true;  ///< false: mapping places the map by how the anchor stands on the floor
-  std::vector<MountedCamera> more_cameras{};  ///< beside the first, whose frames name none of them
+  bool closed_route = true;       ///< the lap should end where it began
+  bool anchor_pose_given = true;  ///< false: mapping places the map by the pose of the anchor on the floor
+  std::vector<MountedCamera>
+      more_cameras{};  ///< other than the first; frames without the name of one of them are from the first
 };
 
-/// What one frame of the teach phase gives: all of it goes into the recording.
+/// Result of one frame of the teach phase; all of it is recorded.
 struct TaughtFrame {
   ObservedFrame observed{};        ///< cam_T_tag(t) of every visible tag
-  std::optional<SE3> map_T_cam{};  ///< of the first camera, when the anchor is seen
+  std::optional<SE3> map_T_cam{};  ///< of the first camera, if the anchor is in view
   bool low_observability = false;  ///< fewer than two tags in all cameras; marked, not a reason to abort
 };
 
-/// The counters of Algorithm 1, line 15, and what they mean.
+/// The counters of Algorithm 1, line 15, with their evaluation.
 struct TeachSummary {
   int frames = 0;
   int detections = 0;
@@ -76,22 +77,21 @@ struct TeachSummary {
   double duration_s = 0;
   double distance_m = 0;         ///< by odometry
   double longest_blind_s = 0;    ///< without a single tag
-  std::map<TagId, int> seen{};   ///< frames that saw each tag
+  std::map<TagId, int> seen{};   ///< number of frames with each tag
   bool anchor_at_start = false;  ///< in the first seconds
   bool anchor_at_end = false;    ///< in the last seconds
-  /// Seen at both ends, and in the last seconds once from nearly the place of the first time: a lap may go on
-  /// beyond it.
+  /// The anchor was observed at both ends, and in the last seconds at least once from nearly the position of
+  /// the first observation; a lap may continue beyond it.
   bool closed_loop = false;
-  double clock_back_s = 0;       ///< how far the sensors' clock went back, at most
-  double longest_silence_s = 0;  ///< without any sample at all
-  int odometry_jumps = 0;        ///< where odometry was set back (odometry_jumped())
-  double image_arrival_delay_s =
-      0;  ///< how far tags came behind the odometry of their time, where that is long
-  /// A map can be made: the anchor and another tag were seen, clock and odometry held, and the loop is closed
-  /// where it was meant to be, or half a metre was driven where it was not.
+  double clock_back_s = 0;           ///< largest backward jump of the sensor clock
+  double longest_silence_s = 0;      ///< without any sample at all
+  int odometry_jumps = 0;            ///< number of odometry resets (odometry_jumped())
+  double image_arrival_delay_s = 0;  ///< of tags relative to the odometry of their time, if it is long
+  /// The lap can be mapped: the anchor and another tag were observed, clock and odometry did not jump, and
+  /// the loop is closed if it should be, or else at least half a metre was driven.
   bool mappable = false;
-  std::vector<TagLink> weak_links{};  ///< without which the map falls apart, of few frames; weakest first
-  std::vector<TagId> unreachable{};   ///< joined to the anchor by no chain of frames
+  std::vector<TagLink> weak_links{};  ///< links with few frames whose loss would split the map; weakest first
+  std::vector<TagId> unreachable{};   ///< connected to the anchor by no chain of frames
   std::vector<std::string> warnings{};
 
   [[nodiscard]] double two_tags_fraction() const;
@@ -104,22 +104,21 @@ class Teacher {
   explicit Teacher(TeachSetup setup) : setup_(std::move(setup)) {}
 
   TaughtFrame add(const TagFrame& frame);
-  /// Only counts, and solves for no other pose than that of the anchor: for one who watches a lap that is
-  /// recorded and mapped later. The summary is that of add(), unless a detection has no pose. Several times
-  /// as fast.
+  /// Only counts, and computes no pose except that of the anchor: for monitoring a lap that is recorded and
+  /// mapped later. The summary equals that of add(), unless a detection has no pose. Several times as fast.
   void watch(const TagFrame& frame);
-  /// The same of a robot that gives poses of tags without corners.
+  /// The same for a robot that sends tag poses without corners.
   void watch(const TagPoseFrame& frame);
   void add(const Odometry& odometry);
-  /// The counters so far, and in words what is missing to make a map of the lap.
+  /// The counters so far, and what is missing to map the lap.
   [[nodiscard]] TeachSummary summary() const;
 
  private:
-  /// The anchor was seen.
+  /// An observation of the anchor.
   struct AnchorObservation {
     SensorTime stamp{};
-    double apart_m = 0;   ///< from where it was seen first
-    double driven_m = 0;  ///< until then
+    double apart_m = 0;   ///< distance from its first observation
+    double driven_m = 0;  ///< distance driven until then
   };
 
   void count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
@@ -138,12 +137,12 @@ class Teacher {
   TagLinks links_{};
   std::optional<SensorTime> first_{};
   SensorTime last_{};
-  std::optional<SensorTime> received_{};  ///< the last sample of any kind that was not late
+  std::optional<SensorTime> received_{};  ///< stamp of the last sample of any kind that was not late
   std::optional<SensorTime> newest_frame_{};
   TagsInView in_view_{};
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
-  std::deque<AnchorObservation> last_anchor_observations_{};  ///< of the seconds before the last one
+  std::deque<AnchorObservation> last_anchor_observations_{};  ///< of the last seconds
   std::optional<Odometry> odometry_{};
 };
 
@@ -165,22 +164,21 @@ struct TeachMonitorOptions {
   }
 };
 
-/// Looks over the shoulder of somebody who drives a teach lap: what is said while it can still be mended.
+/// Monitors a teach lap while it is driven, and warns while the driver can still correct it.
 class TeachMonitor {
  public:
   explicit TeachMonitor(const TeachMonitorOptions& options) : options_(options) {}
 
-  /// Samples in order; only odometry and frames of tags matter.
+  /// Adds samples in order; only odometry and tag frames are used.
   void add(const Sample& sample);
 
-  /// How far the picture of something far away goes while the shutter is open: yaw rate x exposure x focal
-  /// length [px].
+  /// Image motion of a distant point during the exposure: yaw rate x exposure x focal length [px].
   [[nodiscard]] double motion_blur_px() const;
-  /// Change of speed by odometry over the window.
+  /// Change of the odometry speed over the window.
   [[nodiscard]] double acceleration_m_s2() const;
-  /// What is wrong at this moment, in a few words each; empty when all is well.
+  /// Current problems, a few words each; empty if there are none.
   [[nodiscard]] std::vector<std::string> live() const;
-  /// What was wrong for so long that the lap suffers, in sentences that say what to do.
+  /// Problems that lasted long enough to degrade the lap, with corrections.
   [[nodiscard]] std::vector<std::string> summary() const;
   [[nodiscard]] double worst_blur_px() const { return worst_blur_px_; }
   [[nodiscard]] int blurred_frames() const { return blurred_frames_; }
@@ -197,7 +195,7 @@ class TeachMonitor {
   TeachMonitorOptions options_;
   std::deque<Speed> speeds_{};
   double yaw_rate_rad_s_ = 0;
-  std::map<std::string, std::size_t> tags_{};  ///< of the last frame of each camera
+  std::map<std::string, std::size_t> tags_{};  ///< number of tags in the last frame of each camera
   bool abrupt_ = false;
   int frames_ = 0;
   int blurred_frames_ = 0;

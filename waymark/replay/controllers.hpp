@@ -39,23 +39,24 @@ struct FollowerOptions {
   }
 };
 
-/// Follows a route: curvature of the route as feed-forward, distance and heading fed back in the way instead
-/// of in time, so that the gains do not depend on the speed (Samson, "Path Following and Time-Varying
-/// Feedback Stabilization of a Wheeled Mobile Robot", ICARCV 1992; De Luca, Oriolo and Samson, "Feedback
-/// Control of a Nonholonomic Car-like Robot", in Laumond, "Robot Motion Planning and Control", 1998, section
-/// 3), with integral action. Docs: docs/concepts/replay.md, equations (1) to (4). Forwards and backwards.
+/// Path-following controller: feed-forward of the curvature of the route, and feedback of cross-track and
+/// heading error over distance instead of time, so that the gains do not depend on the speed (Samson, "Path
+/// Following and Time-Varying Feedback Stabilization of a Wheeled Mobile Robot", ICARCV 1992; De Luca, Oriolo
+/// and Samson, "Feedback Control of a Nonholonomic Car-like Robot", in Laumond, "Robot Motion Planning and
+/// Control", 1998, section 3), with integral action. Equations (1) to (4) of docs/concepts/replay.md.
+/// Forwards and backwards.
 class PathFollower {
  public:
   explicit PathFollower(const FollowerOptions& options) : options_(options) {}
 
-  /// The command for a robot that will be at `motion` when it acts, beside the foot point `at`, with so much
-  /// of the route left, or until the direction changes.
+  /// The command for a robot whose motion is `motion` when the command acts, with foot point `at`.
+  /// `remaining_m` is the distance to the end of the route or to the next change of direction.
   [[nodiscard]] VelocityCommand follow(const Route& route, const PredictedMotion& motion,
                                        const RouteProgress& at, double remaining_m,
                                        const ActuatorOptions& actuators, const LearntTurning& turning) const;
-  /// Learns a lasting offset from a foot point that was `driven_m` further along than the one before.
+  /// Integrates the cross-track error at a foot point `driven_m` further along than the previous one.
   void integrate(const RouteProgress& at, double driven_m);
-  /// Forgets it.
+  /// Resets the integral term.
   void reset() { offset_m_ = 0; }
   [[nodiscard]] double offset_m() const { return offset_m_; }
 
@@ -64,7 +65,7 @@ class PathFollower {
   double offset_m_ = 0;
 };
 
-/// Curvature (turn over way) of a route about an arc length, over a stretch of 2 * `half_m`.
+/// Curvature (turn per distance) of a route about an arc length, averaged over a length of 2 * `half_m`.
 [[nodiscard]] double curvature_about(const Route& route, double arc_length_m, double half_m);
 
 struct PurePursuitOptions {
@@ -83,8 +84,8 @@ struct PurePursuitOptions {
   }
 };
 
-/// Steers at a point of the route ahead, on the circle that reaches it (Coulter, "Implementation of the Pure
-/// Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01). The baseline controller. O(log points).
+/// Steers to a point ahead on the route along a circular arc (Coulter, "Implementation of the Pure Pursuit
+/// Path Tracking Algorithm", CMU-RI-TR-92-01). Baseline controller. O(log points).
 [[nodiscard]] VelocityCommand pure_pursuit(const Route& route, const SE2& map_T_base,
                                            const RouteProgress& progress,
                                            const PurePursuitOptions& options = {});
@@ -108,9 +109,9 @@ struct GoToPoseOptions {
   }
 };
 
-/// Drives from goal to goal by its distance and direction, turning on the spot first: the controller that
-/// students' projects use (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot",
-/// go_to_pose), fed with points of the route. For comparison. O(log points).
+/// Drives from goal to goal by distance and direction, turning on the spot first: the controller of student
+/// projects (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", go_to_pose), with
+/// points of the route as goals. For comparison. O(log points).
 [[nodiscard]] VelocityCommand go_to_pose(const Route& route, const SE2& map_T_base,
                                          const RouteProgress& progress, const GoToPoseOptions& options = {});
 

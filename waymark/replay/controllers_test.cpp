@@ -1,5 +1,5 @@
-// The follower on a robot that is nothing but a unicycle with motors: where the errors go, whatever the yaw
-// gain, forwards and backwards, round a loop and to an end.
+// The path follower on a simulated unicycle with motor lag: its errors converge for any turn gain, forwards
+// and backwards, on closed and open routes.
 #include "waymark/replay/controllers.hpp"
 
 #include <cmath>
@@ -82,7 +82,7 @@ Drive drive(const Route& route, Plant plant, double way_m, double first_m = 2) {
   return run;
 }
 
-TEST(PathFollower, KeepsToACircleWithAnyYawGainAndLearnsIt) {
+TEST(PathFollower, FollowsACircleAndLearnsTheTurnGain) {
   for (const double gain : {0.6, 0.8, 1.0}) {
     const Drive run =
         drive(shaped_route("circle", 0.4), {.map_T_base = SE2(2.05, 0, kPi / 2 + 0.2), .yaw_gain = gain}, 26);
@@ -98,11 +98,11 @@ TEST(PathFollower, CrossesAFigureOfEightWithoutAJump) {
         drive(route, {.map_T_base = route.points[0].map_T_base, .yaw_gain = 0.8}, 2 * route.length_m);
     EXPECT_GE(run.driven_m, 2 * route.length_m) << speed;
     EXPECT_LT(run.worst_m, 0.02) << speed;
-    EXPECT_LT(run.worst_step_m, 0.05) << "at 0.3 m/s, twenty times a second";
+    EXPECT_LT(run.worst_step_m, 0.05) << "per step at 0.3 m/s and 20 Hz";
   }
 }
 
-TEST(PathFollower, LearnsAboutWhichPointTheRobotTurns) {
+TEST(PathFollower, LearnsTheCentreOfRotation) {
   for (const double speed : {0.3, -0.3}) {
     for (const double centre_m : {0.04, -0.04}) {
       const Route route = shaped_route("eight", speed);
@@ -116,7 +116,7 @@ TEST(PathFollower, LearnsAboutWhichPointTheRobotTurns) {
   }
 }
 
-TEST(PathFollower, StopsAtTheGoalWithoutGoingBack) {
+TEST(PathFollower, StopsAtTheGoalWithoutReversing) {
   Drive run = drive(shaped_route("line", 0.4), {.map_T_base = SE2(0, 0.2, -0.3)}, 100);
   EXPECT_NEAR(run.driven_m, 9.95, 0.02);
   EXPECT_LT(run.plant.speed, 0.1);

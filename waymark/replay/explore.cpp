@@ -13,8 +13,8 @@ namespace waymark {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFarEnough_m = 3;
-/// Robots turn less than they are asked to; a way that is free is seen, so the angle need not be exact.
+constexpr double kMaxRange_m = 3;
+/// Robots turn less than commanded. The lidar confirms free space, so the limit need not be exact.
 constexpr double kStuckTurns = 3;
 
 }  // namespace
@@ -33,7 +33,7 @@ void Explorer::add(const LaserScan& scan) {
     const double angle = scan.angle_min_rad + static_cast<double>(i) * scan.angle_increment_rad;
     const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
     const bool seen = range_m >= scan.range_min_m && range_m <= scan.range_max_m;  // false for NaN
-    const double reach_m = seen ? std::min(range_m, kFarEnough_m) : kFarEnough_m;
+    const double reach_m = seen ? std::min(range_m, kMaxRange_m) : kMaxRange_m;
     const double base_y = (base_T_lidar_.rotation() * direction).y();
     (base_y > 0 ? left_m : right_m) += reach_m;
     ++(base_y > 0 ? left : right);
@@ -42,18 +42,18 @@ void Explorer::add(const LaserScan& scan) {
     if (std::abs(base_p.y()) <= half_m && base_p.x() > 0)
       free_ahead_m_ = std::min(free_ahead_m_, base_p.x() - hull.front_m);
   }
-  near_left_m_ = left > 0 ? left_m / left : kFarEnough_m;
-  near_right_m_ = right > 0 ? right_m / right : kFarEnough_m;
+  near_left_m_ = left > 0 ? left_m / left : kMaxRange_m;
+  near_right_m_ = right > 0 ? right_m / right : kMaxRange_m;
 }
 
 bool Explorer::blocked() const { return free_ahead_m_ < options_.ahead_m; }
 
 VelocityCommand Explorer::forward(double dt_s) {
-  // Ornstein-Uhlenbeck: stays at heading_noise_rad_s, forgets in heading_noise_s.
+  // Ornstein-Uhlenbeck process: standard deviation heading_noise_rad_s, correlation time heading_noise_s.
   const double keep = std::exp(-dt_s / options_.heading_noise_s);
   wander_rad_s_ = keep * wander_rad_s_ +
                   random_.normal(0, options_.heading_noise_rad_s) * std::sqrt(std::max(0.0, 1 - keep * keep));
-  // Slower where it becomes narrow, so that it stands in time.
+  // Slower in narrow places, so that the robot stops in time.
   const double room = std::clamp((free_ahead_m_ - options_.ahead_m) / options_.ahead_m, 0.3, 1.0);
   return {options_.speed_m_s * room, wander_rad_s_};
 }
@@ -69,11 +69,11 @@ ExploreStep Explorer::step(SensorTime now) {
   const auto stop_with_reason = [&](std::string reason) {
     return ExploreStep{.state = state_, .command = {}, .reason = std::move(reason)};
   };
-  if (!scan_stamp_) return stop_with_reason("no scan arrived yet");
+  if (!scan_stamp_) return stop_with_reason("no lidar scan received");
   const double age_s = to_seconds(now - *scan_stamp_);
   if (!(std::abs(age_s) <= options_.max_scan_age_s))
-    return stop_with_reason(
-        fmt::format("the newest scan is {:.2f} s old (limit {:.2f} s)", age_s, options_.max_scan_age_s));
+    return stop_with_reason(fmt::format("the newest lidar scan is {:.2f} s old (limit {:.2f} s)", age_s,
+                                        options_.max_scan_age_s));
   if (state_ != ExploreState::Turn && blocked()) {
     state_ = ExploreState::Turn;
     ++turns_;
@@ -84,7 +84,7 @@ ExploreStep Explorer::step(SensorTime now) {
   }
   if (state_ == ExploreState::Turn) {
     const bool boxed_in = left_to_turn_rad_ < -kStuckTurns * 2 * std::numbers::pi;
-    if (boxed_in && blocked()) return stop_with_reason("nothing is free all round: take the robot out");
+    if (boxed_in && blocked()) return stop_with_reason("obstacles on all sides: move the robot by hand");
     if (left_to_turn_rad_ > 0 || blocked()) return {.state = state_, .command = turn(dt_s)};
   }
   state_ = ExploreState::Forward;

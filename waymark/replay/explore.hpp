@@ -36,7 +36,7 @@ struct ExploreOptions {
           Field{"heading_noise_s", "Correlation time of the random yaw rate.", 0.05, 60});
     visit(self.least_turn_deg, Field{"least_turn_deg", "Smallest random turn.", 0, 360});
     visit(self.most_turn_deg,
-          Field{"most_turn_deg", "Largest random turn; turning continues until the way ahead is free.", 0,
+          Field{"most_turn_deg", "Largest random turn; turning continues until the space ahead is free.", 0,
                 360});
     visit(self.max_scan_age_s,
           Field{"max_scan_age_s", "Maximum age of the newest lidar scan; stops when exceeded.", 0.05, 10});
@@ -48,24 +48,25 @@ enum class ExploreState : std::uint8_t { Waiting, Forward, Turn };
 struct ExploreStep {
   ExploreState state = ExploreState::Waiting;
   VelocityCommand command{};
-  std::optional<std::string> reason{};  ///< of standing still
+  std::optional<std::string> reason{};  ///< why the robot stops; none while it moves
 };
 
-/// Wanders without a plan, as in the exercise "Marker Based Visual Loc" of JdeRobot's Robotics Academy:
-/// FORWARD with a heading that wanders at random, and, when the lidar sees something near, TURN on the spot
-/// by a random angle towards the side with more room. Pure: time and randomness come from outside.
+/// Random exploration, as in the exercise "Marker Based Visual Loc" of JdeRobot's Robotics Academy. FORWARD
+/// drives with a random heading; if the lidar measures a near obstacle, TURN rotates on the spot by a random
+/// angle towards the side with more space. Pure: time and random numbers are arguments.
 class Explorer {
  public:
-  /// `base_T_lidar`: where the lidar sits in the plane of the base.
+  /// `base_T_lidar`: pose of the lidar in the plane of the base.
   Explorer(const ExploreOptions& options, const RobotModel& robot, const SE2& base_T_lidar, Random random)
       : options_(options), robot_(robot), base_T_lidar_(base_T_lidar), random_(random) {}
 
-  /// A scan without a single ray that was measured says that nothing is near. O(rays).
+  /// Adds a scan. A scan without any valid range means that no obstacle is near. O(rays).
   void add(const LaserScan& scan);
-  /// The command for now; call it at a steady rate.
+  /// The command at time `now`; to be called at a steady rate.
   [[nodiscard]] ExploreStep step(SensorTime now);
 
-  /// Of the newest scan: from the front of the hull to the nearest thing in its way, infinite when free [m].
+  /// Distance from the front of the hull to the nearest obstacle ahead in the newest scan; infinite if there
+  /// is none [m].
   [[nodiscard]] double free_ahead_m() const { return free_ahead_m_; }
   [[nodiscard]] int turns() const { return turns_; }
 
@@ -82,10 +83,10 @@ class Explorer {
   std::optional<SensorTime> scan_stamp_{};
   std::optional<SensorTime> last_step_{};
   double free_ahead_m_ = 0;
-  double near_left_m_ = 0;   ///< mean of what is seen on the left, each ray at most 3 m
-  double near_right_m_ = 0;  ///< … on the right
+  double near_left_m_ = 0;   ///< mean range on the left, each ray at most 3 m
+  double near_right_m_ = 0;  ///< mean range on the right
   double wander_rad_s_ = 0;
-  double side_ = 1;  ///< of the turn that is being made, left positive
+  double side_ = 1;  ///< direction of the current turn; left is positive
   double left_to_turn_rad_ = 0;
   int turns_ = 0;
 };

@@ -16,22 +16,22 @@
 namespace waymark {
 namespace {
 
-/// Two moments, and what the sources say of the motion between them.
+/// Two samples between which the sources are compared.
 struct Cut {
   const MotionSample& from;
   const MotionSample& to;
 };
 
-/// A window as a whole, and in three parts.
+/// A window as a whole and in thirds.
 struct Cuts {
   Cut whole;
-  std::array<Cut, 3> by_time;  ///< of motion, equal
-  std::array<Cut, 3> by_way;   ///< of the wheels, equal
+  std::array<Cut, 3> by_time;  ///< equal times of motion
+  std::array<Cut, 3> by_way;   ///< equal distances by the wheels
 };
 
-/// Whether the difference of the whole is above its limit, and every third has its share of it, but for the
-/// deviation of its own difference: in time, or in way, where the robot slows down and what slips is a share
-/// of the way.
+/// Whether the difference over the whole window exceeds its limit, and every third contains its share of it,
+/// up to the standard deviation of its own difference. The thirds are equal in time or in distance: for a
+/// robot that slows down, slip is a share of the distance.
 template <class Difference, class Deviation>
 bool persists(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
   constexpr double kLastingShare = 0.25;
@@ -48,14 +48,14 @@ bool persists(const Cuts& cuts, double limit, const Difference& difference) {
   return persists(cuts, limit, difference, [](const Cut&) { return 0.0; });
 }
 
-/// Deviation of both positions of a cut along a direction of the map [m].
+/// Standard deviation of the positions of both ends along a direction in map [m].
 double position_sigma(const Cut& cut, const Eigen::Vector2d& map_direction) {
   const Eigen::Matrix2d P =
       cut.from.covariance.topLeftCorner<2, 2>() + cut.to.covariance.topLeftCorner<2, 2>();
   return std::sqrt(std::max(0.0, map_direction.dot(P * map_direction)));
 }
 
-/// An angle within half a turn to either side.
+/// The angle wrapped to [-pi, pi].
 double straight(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
 double turned_by_tags(const Cut& cut) {
@@ -66,40 +66,40 @@ double turned_by_odometry(const Cut& cut) {
   return straight(cut.to.odom_T_base.yaw() - cut.from.odom_T_base.yaw());
 }
 
-/// The way of the tags beside that of odometry, in the base at the beginning.
+/// Difference of the translations by tags and by odometry, in the base at the beginning.
 Eigen::Vector2d apart(const Cut& cut) {
   const SE2 by_tags = cut.from.map_T_base.inverse() * cut.to.map_T_base;
   const SE2 by_odometry = cut.from.odom_T_base.inverse() * cut.to.odom_T_base;
   return by_tags.translation() - by_odometry.translation();
 }
 
-/// Deviation of both headings of a cut [rad].
-/// The larger of the estimates': their errors go together. Those of two pictures do not.
+/// Standard deviation of both headings [rad].
+/// For estimates the larger of the two, because their errors are correlated; those of two images are not.
 double yaw_sigma(const Cut& cut) {
   return std::sqrt(std::max(0.0, cut.from.covariance(2, 2) + cut.to.covariance(2, 2)));
 }
 
-/// Larger deviation of the position of a pose [m].
+/// Larger standard deviation of the position of a pose [m].
 double largest_sigma(const MotionSample& sample) {
   const Eigen::Vector2d variances_m2 = symmetric_eigenvalues<2>(sample.covariance.topLeftCorner<2, 2>());
   return std::sqrt(std::max(0.0, variances_m2.maxCoeff()));
 }
 
-/// What noise makes of the turn by odometry of a cut, in as many deviations as count [rad].
+/// Uncertainty of the turn by odometry from its noise, `sigmas` standard deviations [rad].
 double turn_noise(const Cut& cut, const MotionScales& scales) {
   return scales.sigmas * scales.turn_noise_sqrt_m * std::sqrt(std::max(0.0, cut.to.path_m - cut.from.path_m));
 }
 
-/// What an unknown bias of the gyro makes of its turn while the robot stood or crept: time of the gyro beyond
-/// the time of motion [rad].
+/// Uncertainty of the gyro's turn from an unknown bias while the robot was at standstill or creeping, that
+/// is, over the gyro time beyond the time of motion [rad].
 double turn_of_bias(const Cut& cut) {
   constexpr double kBias_rad_s = 0.01;
   const double moving_s = cut.to.moving_s - cut.from.moving_s;
   return kBias_rad_s * std::max(0.0, cut.to.gyro_s - cut.from.gyro_s - moving_s);
 }
 
-/// What scale and noise make of the difference of the turns by odometry, by gyro where there is one, and by
-/// tags [rad]. Errors that are independent of each other add up as their squares, here and below.
+/// Uncertainty of the difference between turns by odometry (with the gyro if there is one) and by tags, from
+/// scale and noise [rad]. Independent errors add in quadrature, here and below.
 double turn_uncertainty(const Cut& cut, const MotionScales& scales) {
   constexpr double kGyroShare = 0.05;
   const double turned = cut.to.turned_rad - cut.from.turned_rad;
@@ -108,19 +108,19 @@ double turn_uncertainty(const Cut& cut, const MotionScales& scales) {
   return std::hypot(scales.turn_share * scales.turn_scale * turned, turn_noise(cut, scales), noise);
 }
 
-/// What a wrong scale, a wrong heading at the beginning and the noise of both poses make of the difference of
-/// the ways by tags and by odometry, along a direction of the base at the beginning [m].
+/// Uncertainty of the difference between translations by tags and by odometry, along a direction of the base
+/// at the beginning, from a wrong scale, a wrong initial heading and the noise of both poses [m].
 double distance_uncertainty(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
   const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
   const Eigen::Vector2d across(-way.y(), way.x());
-  constexpr double kEvenly = 0.58;  // of a random walk over the way: 1 / sqrt(3)
+  constexpr double kEvenly = 0.58;  // 1 / sqrt(3), of a random walk over the distance
   const double turned = scales.turn_scale * (cut.to.turned_rad - cut.from.turned_rad);
   const double bend = scales.gyro
                           ? turn_of_bias(cut)
                           : std::hypot(scales.turn_share * turned / 2, kEvenly * turn_noise(cut, scales));
   const double aside = std::sqrt(std::max(0.0, cut.from.covariance(2, 2))) * direction.dot(across);
   const double noise = std::hypot(position_sigma(cut, cut.from.map_T_base.rotation() * direction), aside);
-  constexpr double kHeadingShare = 0.02;  // wheels that are not aligned
+  constexpr double kHeadingShare = 0.02;  // misaligned wheels
   return std::hypot(scales.distance_share * direction.dot(way),
                     std::hypot(kHeadingShare, bend) * direction.dot(across), scales.sigmas * noise);
 }
@@ -140,7 +140,7 @@ Cuts cuts_of(const std::vector<MotionSample>& window) {
   return {{first, last}, in_thirds(&MotionSample::moving_s), in_thirds(&MotionSample::path_m)};
 }
 
-/// Sums of a line y = a + s x.
+/// Sums for the line fit y = a + s x.
 struct LineSums {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
 };
@@ -162,7 +162,8 @@ std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const Head
                        double camera_latency_s, double max_latency_s) {
   LineSums sums;
   for (const HeadingAt& seen : pictures) {
-    if (!heading_at(odometry, seen.time_s - max_latency_s)) continue;  // the same pictures for all latencies
+    if (!heading_at(odometry, seen.time_s - max_latency_s))
+      continue;  // so that the same images are used for all latencies
     const auto turned = heading_at(odometry, seen.time_s - camera_latency_s);
     if (!turned) continue;
     const double x = *turned - odometry.front().yaw_rad;
@@ -174,8 +175,8 @@ std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const Head
     sums.xy += x * y;
     sums.yy += y * y;
   }
-  constexpr double kFewest = 30;
-  if (sums.n < kFewest) return std::nullopt;
+  constexpr double kMinImages = 30;
+  if (sums.n < kMinImages) return std::nullopt;
   const double xx = sums.xx - sums.x * sums.x / sums.n;
   const double xy = sums.xy - sums.x * sums.y / sums.n;
   const double yy = sums.yy - sums.y * sums.y / sums.n;
@@ -191,10 +192,10 @@ std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> p
                                                     double max_latency_s) {
   constexpr double kStep_s = 0.02;
   constexpr double kLeastScale = 0.15;
-  constexpr double kTelling_rad = 0.03;  // what a latency must explain
+  constexpr double kMinResidual_rad = 0.03;  // residuals below it need no latency to explain them
   constexpr double kBetter = 3;
   const auto without_latency = fit(pictures, odometry, 0, max_latency_s);
-  if (!without_latency || without_latency->rms_rad < kTelling_rad) return std::nullopt;
+  if (!without_latency || without_latency->rms_rad < kMinResidual_rad) return std::nullopt;
   CameraLatencyFit best{.rms_rad = without_latency->rms_rad,
                         .rms_without_latency_rad = without_latency->rms_rad};
   double scale = without_latency->scale;
@@ -205,7 +206,7 @@ std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> p
     best.rms_rad = found->rms_rad;
     scale = found->scale;
   }
-  const bool ends = best.camera_latency_s + 2 * kStep_s > max_latency_s;  // a longer one may fit better yet
+  const bool ends = best.camera_latency_s + 2 * kStep_s > max_latency_s;  // a longer latency may fit better
   if (ends || scale < kLeastScale || kBetter * best.rms_rad > best.rms_without_latency_rad)
     return std::nullopt;
   return best;
@@ -213,10 +214,10 @@ std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> p
 
 namespace {
 
-/// Commands: batteries sag, and motors differ from their model by a share and by a time.
+/// Commands: batteries sag, and motors differ from their model by a share of the speed and by a lag.
 constexpr double kMotorShare = 0.25;
 constexpr double kMotorTime_s = 0.2;
-/// Deviations that count as the uncertainty of an estimate.
+/// Standard deviations of an estimate that form its uncertainty.
 constexpr double kSigmas = 2;
 
 std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const ConsistencyOptions& options) {
@@ -235,7 +236,7 @@ std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const Consist
                        .apart = std::abs(difference(all))};
 }
 
-/// A robot that does not turn as it is asked, by as much as it has done so far.
+/// The robot turns less than commanded, compared with its response so far.
 std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const MotionScales& scales,
                                                   const ConsistencyOptions& options) {
   const auto commanded = [&](const Cut& c) {
@@ -248,7 +249,7 @@ std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const Motion
   const Cut& all = cuts.whole;
   const double limit = options.contradiction_rad + scales.command_share * std::abs(commanded(all)) +
                        kMotorTime_s * (all.to.ramp_rad_s - all.from.ramp_rad_s) + turn_of_bias(all);
-  // One that turns without being asked was pushed: find_push().
+  // find_push() handles turns that were not commanded.
   const bool asked = std::abs(commanded(all)) > limit && commanded(all) * difference(all) < 0;
   if (!asked || !persists(cuts, limit, difference)) return std::nullopt;
   return Contradiction{.one = MotionSource::Commands,
@@ -297,7 +298,7 @@ std::optional<Contradiction> turns_and_tags(const Cuts& cuts, const MotionScales
                       .one_moved = turned_by_odometry(all),
                       .other_moved = turned_by_tags(all),
                       .apart = std::abs(difference(all))};
-  // The turn of odometry is no third source: most drivers make it of the same gyro.
+  // The turn of odometry is not a third source, because most drivers compute it from the same gyro.
   return found;
 }
 
@@ -319,21 +320,21 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
                       .one_moved = (all.from.odom_T_base.inverse() * all.to.odom_T_base).translation().norm(),
                       .other_moved = (all.from.map_T_base.inverse() * all.to.map_T_base).translation().norm(),
                       .apart = whole.norm()};
-  // Tags that see the turn of the gyro are alive: then it is the wheels that are wrong.
-  constexpr double kTellingTurn = 0.15;
+  // If tags confirm the turn of the gyro, the wheels are wrong.
+  constexpr double kMinGyroTurn_rad = 0.15;
   const double gyro = all.to.gyro_rad - all.from.gyro_rad;
-  if (scales.gyro && std::abs(gyro) > kTellingTurn &&
+  if (scales.gyro && std::abs(gyro) > kMinGyroTurn_rad &&
       std::abs(turned_by_tags(all) - gyro) < std::abs(gyro) / 3)
     found.culprit = MotionSource::Wheels;
   return found;
 }
 
-/// How far a value lies outside of what lies between nothing and a turn.
+/// Distance of a value from the interval between zero and a turn.
 double outside_of_turn(double value, double turn) {
   return std::max({0.0, value - std::max(0.0, turn), std::min(0.0, turn) - value});
 }
 
-/// A turn that the gyro does not know of, or that slipping wheels cannot have made.
+/// A turn that the gyro did not measure, or that slipping wheels cannot cause.
 std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& scales,
                                            const ConsistencyOptions& options) {
   const double by_tags = turned_by_tags(cut);
@@ -350,7 +351,7 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
                        .apart = apart_rad};
 }
 
-/// A turn by the gyro beyond what was commanded.
+/// A turn by the gyro that was not commanded.
 std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& scales,
                                             const ConsistencyOptions& options) {
   if (!scales.gyro) return std::nullopt;
@@ -378,7 +379,7 @@ std::optional<Contradiction> pushed(const Cut& cut, const MotionScales& scales,
       std::clamp(by_tags.dot(by_odometry) / std::max(1e-6, by_odometry.squaredNorm()), 0.0, 1.0);
   const Eigen::Vector2d rest = by_tags - share * by_odometry;
   const Eigen::Vector2d whole = by_tags - by_odometry;
-  constexpr double kSudden = 1.8;  // what need not last may be a tag that hangs elsewhere
+  constexpr double kSudden = 1.8;  // without a persistence test the cause may be a tag at another position
   const auto uncertainty = [&](const Eigen::Vector2d& way) {
     return kSudden * distance_uncertainty(cut, way.normalized(), scales);
   };
@@ -440,8 +441,8 @@ std::optional<Contradiction> find_push(const MotionSample& before, const MotionS
   return found;
 }
 
-std::optional<Contradiction> find_carry(const MotionSample& before, const MotionSample& after, double stood_s,
-                                        const ConsistencyOptions& options) {
+std::optional<Contradiction> find_carry(const MotionSample& before, const MotionSample& after,
+                                        double standstill_s, const ConsistencyOptions& options) {
   if (!before.tags || !after.tags) return std::nullopt;
   const Cut cut{before, after};
   const double way = apart(cut).norm();
@@ -456,7 +457,7 @@ std::optional<Contradiction> find_carry(const MotionSample& before, const Motion
                        .one_moved = 0,
                        .other_moved = turning ? turned_by_tags(cut) : way,
                        .apart = turning ? turn : way,
-                       .over_s = stood_s};
+                       .over_s = standstill_s};
 }
 
 namespace {
@@ -468,21 +469,21 @@ const char* name_of(MotionSource source) {
 
 std::string explanation(const Contradiction& found) {
   if (found.carried && found.one == MotionSource::Wheels && !found.turning)
-    return "Slipping wheels do not explain it: was the robot carried, or do the encoders stand still?";
-  if (found.carried) return "Neither commands nor slipping wheels explain it: was the robot carried?";
+    return "Wheel slip does not explain it. Was the robot moved by hand, or did the encoders stop counting?";
+  if (found.carried) return "Neither commands nor wheel slip explain it. Was the robot moved by hand?";
   if (found.one == MotionSource::Commands && found.turning)
-    return "Is the robot held or blocked, or do the motors not obey?";
-  if (found.one == MotionSource::Commands) return "The wheels are blocked, or the motors do not obey.";
-  if (found.culprit == MotionSource::Gyro) return "The tags say that the gyro is wrong.";
+    return "Is the robot held or blocked, or do the motors not respond?";
+  if (found.one == MotionSource::Commands) return "The wheels are blocked, or the motors do not respond.";
+  if (found.culprit == MotionSource::Gyro) return "By the tags, the gyro is wrong.";
   if (found.culprit == MotionSource::Wheels)
-    return found.other == MotionSource::Gyro
-               ? "The tags say that the wheels are wrong: do they spin?"
-               : "The gyro agrees with the tags: do the wheels spin, is the robot "
-                 "held, or was it carried?";
+    return found.other == MotionSource::Gyro ? "By the tags, the wheels are wrong. Do they spin?"
+                                             : "The gyro agrees with the tags. Do the wheels spin, is the "
+                                               "robot held, or was it moved by hand?";
   if (found.one == MotionSource::Gyro)
-    return "Does the gyro stand still, is the robot held, does the camera repeat an old picture, or are its "
-           "pictures late?";
-  return "Do the wheels spin, is the robot held or was it carried, or does the camera repeat an old picture?";
+    return "Does the gyro repeat a value, is the robot held, does the camera repeat an old image, or are its "
+           "images late?";
+  return "Do the wheels spin, is the robot held, was it moved by hand, or does the camera repeat an old "
+         "image?";
 }
 
 }  // namespace
@@ -490,34 +491,31 @@ std::string explanation(const Contradiction& found) {
 std::string describe(const Contradiction& found) {
   if (found.repeats_s > 0)
     return fmt::format(
-        "the {} has repeated the same value for {:.1f} s while the robot was asked to turn otherwise: does "
-        "it "
-        "stand still? Look at the robot, then resume",
+        "the {} has repeated the same value for {:.1f} s although another yaw rate was commanded. Check the "
+        "sensor and the robot, then resume",
         name_of(found.one), found.repeats_s);
   if (found.camera_latency_s > 0)
     return fmt::format(
-        "turns seen by tags follow those of the {} by {:.2f} s: the pictures are stamped too late. Stamp "
+        "turns observed with tags follow those of the {} by {:.2f} s: images are stamped too late. Stamp "
         "them "
-        "with the middle of their exposure, or give their delay (`camera_latency_s`). Look at the robot, "
-        "then "
-        "resume",
+        "with the middle of their exposure, or set `camera_latency_s`. Check the robot, then resume",
         name_of(found.one), found.camera_latency_s);
   const auto amount = [&](double moved) {
     return found.turning ? fmt::format("{:.0f} deg", to_degrees(moved)) : fmt::format("{:.2f} m", moved);
   };
   return fmt::format(
-      "{} and {} disagree: {} against {} in {:.1f} s, {} apart. {} Look at the robot, then resume",
+      "{} and {} disagree: {} against {} in {:.1f} s, {} apart. {} Check the robot, then resume",
       name_of(found.one), name_of(found.other), amount(found.one_moved), amount(found.other_moved),
       found.over_s, amount(found.apart), explanation(found));
 }
 
 namespace {
 
-/// Way [m^2] and turns [rad^2] that the first belief in a scale is worth.
+/// Weight of the initial scales, in squared distance [m^2] and squared turns [rad^2].
 constexpr double kWayPrior = 0.25;
 constexpr double kTurnPrior = 0.05;
 constexpr double kForget_m = 8;
-/// Share of the commanded turn that an unknown robot turns, and how uncertain that is.
+/// Actual over commanded turn of an unknown robot, and its uncertainty.
 constexpr double kCommandGain = 0.7;
 constexpr double kUnknownCommand = 0.6;
 constexpr Duration kHistory = std::chrono::seconds(10);
@@ -526,7 +524,7 @@ constexpr Duration kHistory = std::chrono::seconds(10);
 
 OdometryPrior odometry_prior(const Calibration& calibration) {
   constexpr double kWithin = 3;         // standard deviations
-  constexpr double kLeastShare = 0.02;  // the way is another, and so is the load
+  constexpr double kLeastShare = 0.02;  // path and load differ from those of the calibration
   OdometryPrior prior;
   const auto take = [&](const char* name, double& scale, double& share) {
     const auto known = calibration.known(name);
@@ -545,7 +543,7 @@ bool MotionSums::add(const Odometry& odometry) {
   if (odometry_) {
     const SE2 moved = odometry_->odom_T_base.inverse() * odometry.odom_T_base;
     const double gap_s = to_seconds(odometry.stamp - odometry_->stamp);
-    if (!(gap_s > 0 && gap_s < 1)) {  // another clock, or a gap that nobody can bridge
+    if (!(gap_s > 0 && gap_s < 1)) {  // a clock jump, or a gap too long to integrate over
       samples_.clear();
       history_.clear();
       follows = false;
@@ -582,10 +580,10 @@ void MotionSums::add(const ImuSample& imu) {
 }
 
 double MotionSums::gyro_repeats_s() const {
-  constexpr int kFewest = 10;
+  constexpr int kMinRepeats = 10;
   constexpr double kOtherwise_rad_s = 0.1;
   const bool otherwise = now_.ramp_rad_s - ramp_before_ > kOtherwise_rad_s;
-  return imu_ && otherwise && repeats_ >= kFewest ? to_seconds(*imu_ - repeated_.stamp) : 0;
+  return imu_ && otherwise && repeats_ >= kMinRepeats ? to_seconds(*imu_ - repeated_.stamp) : 0;
 }
 
 void MotionSums::command(const VelocityCommand& sent, double dt_s) {
@@ -613,7 +611,7 @@ Standing MotionSums::observe_nothing() {
   return estimated_ ? keep() : Standing{};
 }
 
-/// Standing adds nothing: the sample before it stays the newest, so that the next motion is held against it.
+/// A standstill adds no sample: the next motion is compared with the sample before it.
 Standing MotionSums::keep() {
   constexpr double kCreep_m_s = 0.01;
   constexpr double kCreep_rad_s = 0.05;
@@ -623,23 +621,23 @@ Standing MotionSums::keep() {
     return {};
   }
   const MotionSample& last = samples_.back();
-  constexpr double kStood_s = 0.3;
-  // A tick of an encoder does not end a standstill: a carry would be cut in two, and each part pass for
+  constexpr double kMinStandstill_s = 0.3;
+  // A single encoder tick does not end a standstill; otherwise a carry would be split into parts below the
   // noise.
   constexpr double kMoved_m = 0.005;
   constexpr double kMoved_rad = 0.05;
   const SE2 since = last.odom_T_base.inverse() * now_.odom_T_base;
-  const bool creeps = stood_s_ > kStood_s
+  const bool creeps = standstill_s_ > kMinStandstill_s
                           ? since.translation().norm() > kMoved_m || std::abs(since.yaw()) > kMoved_rad
                           : std::abs(now_.path_m - last.path_m) > kCreep_m_s * dt_s_ ||
                                 std::abs(now_.turned_rad - last.turned_rad) > kCreep_rad_s * dt_s_;
   if (!creeps && std::abs(motor_m_s_) <= kCreep_m_s) {
-    stood_s_ += dt_s_;
-    return {.stands = stood_s_ > kStood_s};
+    standstill_s_ += dt_s_;
+    return {.at_standstill = standstill_s_ > kMinStandstill_s};
   }
   Standing standing;
-  if (stood_s_ > kStood_s) standing.over = {last, now_, stood_s_};
-  stood_s_ = 0;
+  if (standstill_s_ > kMinStandstill_s) standing.over = {last, now_, standstill_s_};
+  standstill_s_ = 0;
   now_.moving_s += dt_s_;
   samples_.push_back(now_);
   while (samples_.size() > 2 && samples_[1].moving_s <= now_.moving_s - kept_s_) {
@@ -649,7 +647,7 @@ Standing MotionSums::keep() {
   return standing;
 }
 
-/// From the motion that has left the window, half a metre at a time.
+/// Learns from the motion that has left the window, half a metre at a time.
 void MotionSums::learn(const MotionSample& gone) {
   constexpr double kStep_m = 0.3;
   constexpr double kStep_rad = 0.3;
@@ -717,16 +715,16 @@ std::optional<MotionSample> MotionSums::at(SensorTime stamp) const {
 
 void MotionSums::forget() {
   samples_.clear();
-  stood_s_ = 0;
+  standstill_s_ = 0;
 }
 
 namespace {
 
-/// Deviations that count as the uncertainty of a pose by the tags of one picture.
+/// Standard deviations that form the uncertainty of a pose from the tags of one image.
 constexpr double kPictureSigmas = 3;
-/// Two of this many pictures and one more must contradict: noise hides the one between them.
+/// Two of this many images, and a further one, must contradict: noise may hide one between them.
 constexpr std::size_t kSuspectedFor = 3;
-/// What is slow, or comes and goes, shows over a longer window.
+/// Slow or intermittent differences show only over a longer window.
 constexpr double kLongWindow_s = 3;
 
 }  // namespace
@@ -748,9 +746,9 @@ void MotionConsistency::observe(const SE2& map_T_base, const Eigen::Matrix3d& co
 void MotionConsistency::observe_nothing() { notice_standstill(sums_.observe_nothing()); }
 
 void MotionConsistency::notice_standstill(const Standing& standing) {
-  if (standing.stands) forget_pictures();
+  if (standing.at_standstill) forget_pictures();
   if (const auto& over = standing.over)
-    carried_ = find_carry(over->before, over->after, over->stood_s, options_);
+    carried_ = find_carry(over->before, over->after, over->standstill_s, options_);
 }
 
 void MotionConsistency::forget() {
@@ -795,17 +793,17 @@ void MotionConsistency::observe_picture(SensorTime stamp, const SE2& map_T_base,
 }
 
 void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {
-  constexpr double kUnseen_s = 1;  // longer, and nobody knows how often it turned round
+  constexpr double kUnseen_s = 1;  // after a longer gap the number of revolutions is unknown
   const double time_s = to_seconds(stamp - *sums_.zero());
   if (!headings_.empty() && time_s <= headings_.back().time_s) return;
   if (!headings_.empty() && time_s - headings_.back().time_s > kUnseen_s) headings_.clear();
   const double before = headings_.empty() ? yaw_rad : headings_.back().yaw_rad;
   headings_.push_back({time_s, before + straight(yaw_rad - before)});
-  look_for_camera_latency();
+  check_camera_latency();
 }
 
-/// Now and then: whether turns seen by tags follow those of odometry.
-void MotionConsistency::look_for_camera_latency() {
+/// Runs every kEvery images: whether turns by tags follow those of odometry with a delay.
+void MotionConsistency::check_camera_latency() {
   constexpr std::size_t kEvery = 8;
   constexpr std::size_t kKept = 120;
   constexpr double kMaxCameraLatency_s = 0.8;
@@ -818,7 +816,7 @@ void MotionConsistency::look_for_camera_latency() {
   const auto found = find_camera_latency(headings_, turned, kMaxCameraLatency_s);
   headings_.erase(headings_.begin(), headings_.begin() + kEvery);
   if (!found || found->camera_latency_s < options_.late_pictures_s) return;
-  // A random walk of turns by wheels fits one latency or another better, too.
+  // A random walk of the turns by wheels also fits one latency better than another.
   const double path_m = sums_.history().back().sums.path_m - sums_.history().front().sums.path_m;
   const double walk_rad = gyro ? 0.0 : sums_.scales().turn_noise_sqrt_m * std::sqrt(path_m / 6);
   if (found->rms_without_latency_rad < kBeyondNoise * walk_rad) return;
@@ -829,7 +827,7 @@ void MotionConsistency::look_for_camera_latency() {
                                          .camera_latency_s = found->camera_latency_s};
 }
 
-/// The newest picture before a moment; nothing where pictures were missing then, or are since.
+/// The newest image before a time; none if images were missing then or have been missing since.
 std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_before(double moving_s) const {
   const auto time_of = [](const Picture& picture) { return picture.seen.moving_s; };
   const auto after = std::ranges::upper_bound(pictures_, moving_s + 1e-9, {}, time_of);
@@ -844,8 +842,9 @@ std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_bef
   return found;
 }
 
-/// Over windows that grow: what is fast shows in the shortest. Of the beginning the estimate often knows more
-/// than one picture; it knows less where it has followed wheels that slipped.
+/// Compares over windows of increasing length, since fast differences show in the shortest. At the beginning
+/// of a window the estimate is often more accurate than one image, but less so after it followed slipping
+/// wheels.
 std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() const {
   MotionScales known = sums_.scales();
   known.sigmas = kPictureSigmas;
@@ -863,7 +862,7 @@ std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() cons
   return std::nullopt;
 }
 
-/// Against two pictures of a moment ago, so that one wrong picture says nothing.
+/// Compares with two recent images, so that a single wrong image is not a contradiction.
 std::optional<Contradiction> MotionConsistency::push_of_pictures() const {
   MotionScales known = sums_.scales();
   known.sigmas = kPictureSigmas;

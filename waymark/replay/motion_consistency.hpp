@@ -17,53 +17,54 @@
 
 namespace waymark {
 
-/// What every source says of the motion up to one moment. Sums and poses begin anywhere: differences count.
+/// Integrated motion by each source up to one time. The origins of sums and poses are arbitrary; only
+/// differences are used.
 struct MotionSample {
-  double moving_s = 0;       ///< time of motion; it does not pass while the robot stands
+  double moving_s = 0;       ///< time of motion; it does not advance during a standstill
   double commanded_m = 0;    ///< along base x, after delay and lag of the motors
-  double ramp_m_s = 0;       ///< sum of the changes of the commanded speed: what a wrong lag moves
-  double commanded_rad = 0;  ///< turned, after lag of the motors, before slip
+  double ramp_m_s = 0;       ///< sum of the changes of the commanded speed; scales the effect of a wrong lag
+  double commanded_rad = 0;  ///< turn after the lag of the motors, before slip
   double ramp_rad_s = 0;     ///< sum of the changes of the commanded yaw rate
   double wheels_m = 0;       ///< along base x
-  double wheels_rad = 0;     ///< turned, by odometry
-  double gyro_rad = 0;       ///< turned, by the gyro
-  double gyro_s = 0;         ///< time over which that was summed, standing too
-  double path_m = 0;         ///< length of the way by the wheels
-  double turned_rad = 0;     ///< sum of the turns to either side
-  SE2 odom_T_base{};         ///< by wheels after the learnt scale, and gyro where there is one
-  SE2 map_T_base{};          ///< by tags: the estimate, or the tags of one picture alone
+  double wheels_rad = 0;     ///< turn by odometry
+  double gyro_rad = 0;       ///< turn by the gyro
+  double gyro_s = 0;         ///< time over which gyro_rad was summed, including standstills
+  double path_m = 0;         ///< path length by the wheels
+  double turned_rad = 0;     ///< sum of the absolute turns
+  SE2 odom_T_base{};         ///< by wheels with the learned scale, and by the gyro if there is one
+  SE2 map_T_base{};          ///< by tags: the estimate, or the tags of one image alone
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of its x, y [m] and yaw [rad]
-  bool tags = false;  ///< the pose rests on a tag that was accepted a moment ago
+  bool tags = false;                                     ///< the pose uses a recently accepted tag
 };
 
-/// How well the sources are known to agree.
+/// Uncertainty of the comparison between the sources.
 struct MotionScales {
   bool gyro = false;             ///< the robot has one
-  double distance_share = 0.02;  ///< uncertainty of the distance of the wheels, as a share
-  double turn_share = 0.35;      ///< uncertainty of turns by odometry: the floor may change
+  double distance_share = 0.02;  ///< relative uncertainty of the distance by the wheels
+  double turn_share = 0.35;      ///< relative uncertainty of turns by odometry; the floor may change
   double turn_noise_sqrt_m = 0;  ///< random walk of turns by odometry, rad per square root of a metre
   double turn_scale = 1;         ///< true turn over that of odometry
-  double command_scale = 1;      ///< turn of the robot over the commanded one
-  double command_share = 0.5;    ///< its uncertainty
-  double sigmas = 2;             ///< deviations of a pose by tags that count as its uncertainty
+  double command_scale = 1;      ///< actual over commanded turn
+  double command_share = 0.5;    ///< relative uncertainty of command_scale
+  double sigmas = 2;             ///< standard deviations of a pose by tags that form its uncertainty
 };
 
-/// A heading at a moment; turns are counted on, not wrapped.
+/// A heading at a time, unwrapped.
 struct HeadingAt {
   double time_s = 0;
   double yaw_rad = 0;
 };
 
-/// The camera latency by which headings seen in pictures follow those of odometry best.
+/// The camera latency at which headings from images follow those of odometry best.
 struct CameraLatencyFit {
   double camera_latency_s = 0;
   double rms_rad = 0;                  ///< of the residuals with this latency
   double rms_without_latency_rad = 0;  ///< and without any
 };
 
-/// The camera latency, up to `max_latency_s`, with which scale times the headings of odometry fit those of
-/// pictures best (least squares on a grid). Nothing when the turns are too even to tell, or another latency
-/// fits nearly as well. Both in order of time. O(pictures log odometry). Pure.
+/// Fits the camera latency, up to `max_latency_s`, with which scaled headings of odometry match those of
+/// images (least squares on a grid). None if the turns are too uniform, or another latency fits nearly as
+/// well. Both inputs in order of time. O(images log odometry). Pure.
 [[nodiscard]] std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> pictures,
                                                                   std::span<const HeadingAt> odometry,
                                                                   double max_latency_s);
@@ -118,121 +119,118 @@ struct ConsistencyOptions {
 
 enum class MotionSource : std::uint8_t { Commands, Wheels, Gyro, Tags };
 
-/// Two sources that cannot both be right.
+/// Two sources whose motions are inconsistent.
 struct Contradiction {
   MotionSource one = MotionSource::Wheels;
   MotionSource other = MotionSource::Tags;
-  bool turning = false;  ///< both motions are turns [rad], not ways [m]
-  bool carried = false;  ///< moved by more than slip explains, within a moment
+  bool turning = false;  ///< both motions are turns [rad] instead of distances [m]
+  bool carried = false;  ///< a sudden motion that slip does not explain
   double one_moved = 0;
   double other_moved = 0;
-  double apart = 0;  ///< difference of both, as vectors
+  double apart = 0;  ///< norm of the vector difference
   double over_s = 0;
-  double camera_latency_s =
-      0;                 ///< turns of the other follow those of the one by this time; 0: that is not it
-  double repeats_s = 0;  ///< so long the one has repeated itself to the last bit; 0: that is not it
-  std::optional<MotionSource> culprit{};  ///< where a third source decides
+  double camera_latency_s = 0;  ///< turns of `other` follow those of `one` by this time; 0: not the cause
+  double repeats_s = 0;  ///< time for which `one` has repeated the same value exactly; 0: not the cause
+  std::optional<MotionSource> culprit{};  ///< decided by a third source
 };
 
-/// The first contradiction over the whole of the window, oldest sample first: two sources differ by more than
-/// their limit beyond their uncertainty, and each third of the window holds a quarter of the difference or
-/// more, so that a jump or a short slip does not count. Pure.
+/// The first contradiction over the whole window (oldest sample first): two sources differ by more than their
+/// limit plus uncertainty, and each third of the window contains at least a quarter of the difference, so
+/// that a jump or a short slip does not count. Pure.
 [[nodiscard]] std::optional<Contradiction> find_contradiction(const std::vector<MotionSample>& window,
                                                               const MotionScales& scales,
                                                               const ConsistencyOptions& options);
 
-/// The same for poses that rest on the tags of one picture each: only what concerns tags.
+/// find_contradiction() for poses from single images: only the comparisons with tags.
 [[nodiscard]] std::optional<Contradiction> find_tag_contradiction(const std::vector<MotionSample>& window,
                                                                   const MotionScales& scales,
                                                                   const ConsistencyOptions& options);
 
-/// Whether the robot came farther between two moments than wheels that slip explain (its true way lies
-/// between none and theirs, and not far from theirs: nobody can tell slipping wheels from a robot that is
-/// carried back meanwhile), or turned by more than commands or wheels do: somebody carried or turned it.
-/// Pure.
+/// Detects a push between two times. The robot moved farther than slipping wheels explain, or turned more
+/// than commands or wheels do. The actual motion of slipping wheels is between zero and the measured one; a
+/// robot that is carried back slowly looks the same. Pure.
 [[nodiscard]] std::optional<Contradiction> find_push(const MotionSample& before, const MotionSample& after,
                                                      const MotionScales& scales,
                                                      const ConsistencyOptions& options);
 
-/// Whether tags and odometry differ over a standstill by more than their limit and their uncertainty:
-/// somebody carried or turned the robot. Pure.
+/// Detects that the robot was moved during a standstill: tags and odometry differ by more than their limit
+/// and uncertainty. Pure.
 [[nodiscard]] std::optional<Contradiction> find_carry(const MotionSample& before, const MotionSample& after,
-                                                      double stood_s, const ConsistencyOptions& options);
+                                                      double standstill_s, const ConsistencyOptions& options);
 
-/// One sentence that names the pair.
+/// A sentence that names the two sources and the likely cause.
 [[nodiscard]] std::string describe(const Contradiction& found);
 
-/// Two samples this far apart have a gap between them [s].
+/// A longer interval between two samples is a gap [s].
 constexpr double kMotionGap_s = 0.3;
 
-/// What is known of the robot's odometry before it moves: that of an unknown robot, or what a calibration
-/// says.
+/// Prior of the odometry before the first motion: of an unknown robot, or from a calibration.
 struct OdometryPrior {
-  double distance_scale = 1;     ///< true distance over that of odometry
-  double distance_share = 0.06;  ///< its uncertainty
-  double turn_scale = 1;         ///< true turn over that of odometry
-  double turn_share = 0.8;       ///< its uncertainty, as a share of the turn
+  double distance_scale = 1;     ///< true distance over measured distance
+  double distance_share = 0.06;  ///< relative uncertainty of distance_scale
+  double turn_scale = 1;         ///< true turn over measured turn
+  double turn_share = 0.8;       ///< relative uncertainty of turn_scale
   double turn_noise_sqrt_m = 0;  ///< random walk of the heading, rad per square root of a metre
 };
 
-/// By "odometry_scale", "yaw_gain" and "yaw_noise_rad_sqrt_m"; what the calibration does not know stays.
+/// From "odometry_scale", "yaw_gain" and "yaw_noise_rad_sqrt_m"; defaults for missing values.
 [[nodiscard]] OdometryPrior odometry_prior(const Calibration& calibration);
 
-/// What the sources said up to a sample of odometry.
+/// Motion sums at an odometry sample.
 struct StampedSums {
   SensorTime stamp{};
   MotionSample sums{};
 };
 
-/// What observe() found about standing.
+/// Standstill as reported by observe().
 struct Standing {
-  bool stands = false;  ///< for a moment already
-  /// Of a standstill that is over: the last sample before it, what the sources say now, and how long it was.
+  bool at_standstill = false;  ///< longer than kMinStandstill_s
+  /// A standstill that has ended: the last sample before it, the first after it, and its duration.
   struct Over {
     MotionSample before{};
     MotionSample after{};
-    double stood_s = 0;
+    double standstill_s = 0;
   };
   std::optional<Over> over{};
 };
 
-/// Sums of what commands, wheels and gyro say beside the poses by tags, as samples of the last moments of
-/// motion. Learns how the scales of odometry compare with tags and gyro (least squares with forgetting, from
-/// motion that has left the window without a contradiction). Standing adds nothing.
+/// Sums of motion by commands, wheels and gyro with the poses by tags, sampled over the last moments of
+/// motion. Learns the scales of odometry relative to tags and gyro (least squares with forgetting, from
+/// motion that has left the window without a contradiction). Standstills add nothing.
 class MotionSums {
  public:
-  /// Keeps the samples of `kept_s` of motion.
+  /// Keeps the samples of the last `kept_s` of motion.
   MotionSums(const ActuatorOptions& actuators, const OdometryPrior& odometry, double kept_s)
       : actuators_(actuators),
         odometry_prior_(odometry),
         kept_s_(kept_s),
         distance_scale_(odometry.distance_scale) {}
 
-  /// False when all before it was forgotten: another clock, or a gap that nobody can bridge.
+  /// False if all earlier samples were discarded, because of a clock jump or a long gap.
   bool add(const Odometry& odometry);
   void add(const ImuSample& imu);
-  /// The command that acted since the last step.
+  /// Adds the command that acted since the last step.
   void command(const VelocityCommand& sent, double dt_s);
-  /// The estimate of now; `tags`: a tag was accepted a moment ago.
+  /// Adds the current estimate; `tags`: a tag was accepted recently.
   Standing observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags);
-  /// No estimate now.
+  /// To be called if there is no current estimate.
   Standing observe_nothing();
 
   [[nodiscard]] const std::deque<MotionSample>& samples() const { return samples_; }
-  /// The sums up to the newest sample of odometry, and the newest estimate.
+  /// The sums up to the newest odometry sample, with the newest estimate.
   [[nodiscard]] const MotionSample& now() const { return now_; }
-  /// Of odometry, oldest first.
+  /// Sums per odometry sample, oldest first.
   [[nodiscard]] const std::deque<StampedSums>& history() const { return history_; }
-  /// The sums at a moment that lies between two samples of odometry, or just after the newest.
+  /// The sums at a time between two odometry samples, or just after the newest.
   [[nodiscard]] std::optional<MotionSample> at(SensorTime stamp) const;
   [[nodiscard]] MotionScales scales() const;
-  /// How long the gyro has said the same, to the last bit, while the robot was asked to turn otherwise; 0: it
-  /// has not.
+  /// Time for which the gyro has repeated exactly the same value while another yaw rate was commanded; 0 if
+  /// it has not.
   [[nodiscard]] double gyro_repeats_s() const;
   [[nodiscard]] double path_m() const { return now_.path_m; }
-  /// Of the first sample of odometry.
+  /// Stamp of the first odometry sample.
   [[nodiscard]] std::optional<SensorTime> zero() const { return zero_; }
-  /// What was before is not held against what comes.
+  /// Discards the history: earlier motion is not compared with later motion.
   void forget();
 
  private:
@@ -248,15 +246,15 @@ class MotionSums {
   std::optional<SensorTime> zero_{};
   std::optional<Odometry> odometry_{};
   std::optional<SensorTime> imu_{};
-  ImuSample repeated_{};    ///< the first sample of those that say the same as the newest
-  int repeats_ = 0;         ///< of it since
-  double ramp_before_ = 0;  ///< MotionSample::ramp_rad_s at that time
+  ImuSample repeated_{};    ///< first of the identical newest samples
+  int repeats_ = 0;         ///< number of repetitions since
+  double ramp_before_ = 0;  ///< MotionSample::ramp_rad_s at its time
   double motor_m_s_ = 0;
   double motor_rad_s_ = 0;
   double dt_s_ = 0;
   VelocityCommand commanded_{};
   bool estimated_ = false;
-  double stood_s_ = 0;
+  double standstill_s_ = 0;
   std::optional<MotionSample> learnt_to_{};
   double distance_scale_;
   double way_way_ = 0;
@@ -267,9 +265,9 @@ class MotionSums {
   double command_true_ = 0;
 };
 
-/// Holds what the sources say against each other, by find_contradiction(). A robot that stands is judged at
-/// its next motion. Poses by the tags of one picture each are held against the other sources as well: wheels
-/// that slip do not move them as they move an estimate.
+/// Compares the sources with find_contradiction(). A standstill is evaluated at the next motion. Poses from
+/// the tags of single images are compared with the other sources as well, because slipping wheels do not
+/// affect them as they affect the estimate.
 class MotionConsistency {
  public:
   MotionConsistency(const ConsistencyOptions& options, const ActuatorOptions& actuators,
@@ -277,24 +275,24 @@ class MotionConsistency {
 
   void add(const Odometry& odometry);
   void add(const ImuSample& imu) { sums_.add(imu); }
-  /// The command that acted since the last step.
+  /// Adds the command that acted since the last step.
   void command(const VelocityCommand& sent, double dt_s) { sums_.command(sent, dt_s); }
-  /// The estimate of now; `tags`: a tag was accepted a moment ago.
+  /// Adds the current estimate; `tags`: a tag was accepted recently.
   void observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags);
-  /// A pose by the tags of one picture alone. `accepted`: the estimate follows them.
+  /// Adds a pose from the tags of one image alone. `accepted`: the filter used these tags.
   void observe_picture(SensorTime stamp, const SE2& map_T_base, const Eigen::Matrix3d& covariance,
                        bool accepted);
-  /// No estimate now.
+  /// To be called if there is no current estimate.
   void observe_nothing();
 
   [[nodiscard]] std::optional<Contradiction> contradiction() const;
   [[nodiscard]] double path_m() const { return sums_.path_m(); }
   [[nodiscard]] MotionScales scales() const { return sums_.scales(); }
-  /// After a person looked: what was before is not held against what comes.
+  /// After the driver checked the robot: earlier motion is not compared with later motion.
   void forget();
 
  private:
-  /// The pose by the tags of one picture, and the estimate of the same moment.
+  /// The pose from the tags of one image, and the estimate at that time.
   struct Picture {
     MotionSample seen{};
     MotionSample estimated{};
@@ -307,17 +305,17 @@ class MotionConsistency {
   [[nodiscard]] std::optional<Contradiction> push_of_pictures() const;
   void forget_pictures();
   void add_heading(SensorTime stamp, double yaw_rad);
-  void look_for_camera_latency();
+  void check_camera_latency();
 
   ConsistencyOptions options_;
   MotionSums sums_;
-  std::optional<Contradiction> carried_{};  ///< over the last standstill
-  std::vector<HeadingAt> headings_{};       ///< of pictures, since the first sample of odometry
+  std::optional<Contradiction> carried_{};  ///< during the last standstill
+  std::vector<HeadingAt> headings_{};       ///< from images, since the first odometry sample
   std::optional<Contradiction> latency_contradiction_{};
   std::deque<Picture> pictures_{};  ///< moving_s is since picture_zero_
   SensorTime picture_zero_{};
-  std::optional<std::size_t> suspected_ago_{};  ///< pictures since the newest that contradicted
-  std::optional<Contradiction> pictured_{};     ///< by two of the newest pictures
+  std::optional<std::size_t> suspected_ago_{};  ///< number of images since the newest contradicting one
+  std::optional<Contradiction> pictured_{};     ///< found in two of the newest images
 };
 
 }  // namespace waymark

@@ -9,12 +9,12 @@ namespace {
 
 constexpr Duration kRemembered = std::chrono::seconds(2);
 constexpr Duration kStep = std::chrono::milliseconds(10);
-/// Nothing that takes longer is predicted: something is wrong then, and the limiter says what.
-constexpr Duration kFarthest = std::chrono::milliseconds(500);
-/// So much turning [rad^2] the first belief is worth: a third of a second of a curve outweighs it, so that a
-/// robot that turns by a third of what it is asked does not leave the route in the first bend.
+/// Maximum prediction time. A longer gap is a fault, which the limiter reports.
+constexpr Duration kMaxPrediction = std::chrono::milliseconds(500);
+/// Weight of the initial turn gain, in squared turns [rad^2]: a third of a second in a curve outweighs it, so
+/// that a robot that turns a third less than commanded does not leave the route in the first bend.
 constexpr double kPriorWeight = 3e-4;
-/// A turn larger than this between two estimates is a correction, not a motion.
+/// A larger turn between two estimates is a correction, not a motion.
 constexpr double kMaxTurn_rad = 0.2;
 
 Duration seconds(double s) { return Duration(std::llround(s * 1e9)); }
@@ -24,7 +24,7 @@ double share(double dt_s, double lag_s) { return lag_s > 0 ? 1 - std::exp(-dt_s 
 }  // namespace
 
 void MotionPredictor::sent(SensorTime now, const VelocityCommand& command) {
-  if (!commands_.empty() && now < commands_.back().stamp) commands_.clear();  // a clock went back
+  if (!commands_.empty() && now < commands_.back().stamp) commands_.clear();  // the clock jumped back
   commands_.push_back({now, command});
   while (commands_.size() > 1 && commands_[1].stamp + kRemembered < now) commands_.pop_front();
 }
@@ -57,7 +57,7 @@ void MotionPredictor::run(Motors& motors, SensorTime to, SE2* map_T_base) const 
 }
 
 void MotionPredictor::learn_gain(double asked_rad, double turned_rad, double dt_s) {
-  constexpr double kLeastRate = 0.04;  // slower turning says little about the gain and much about noise
+  constexpr double kLeastRate = 0.04;  // slower turns contain more noise than information about the gain
   if (options_.turn_gain_time_s <= 0 || std::abs(asked_rad) < kLeastRate * dt_s) return;
   if (std::abs(turned_rad) > kMaxTurn_rad || std::abs(asked_rad) > kMaxTurn_rad) return;
   const double keep = std::exp(-dt_s / options_.turn_gain_time_s);
@@ -68,11 +68,11 @@ void MotionPredictor::learn_gain(double asked_rad, double turned_rad, double dt_
       std::clamp(gain, options_.turn_gain_min, std::max(options_.turn_gain_min, options_.turn_gain_max));
 }
 
-/// From turns of half a second: what an estimate corrects meanwhile is little beside what the robot moved.
+/// Uses turns over half a second, in which corrections of the estimate are small compared with the motion.
 void MotionPredictor::learn_centre(SensorTime stamp, const SE2& map_T_base) {
   constexpr Duration kTurn = std::chrono::milliseconds(500);
-  constexpr double kPriorTurns = 0.1;      // rad^2 that the first belief is worth
-  constexpr double kMaxSideways_m = 0.03;  // more is a correction of the estimate
+  constexpr double kPriorTurns = 0.1;      // rad^2: weight of the initial centre
+  constexpr double kMaxSideways_m = 0.03;  // a larger one is a correction of the estimate
   if (options_.turn_centre_time_s <= 0) return;
   if (turned_since_ && stamp - *turned_since_ < kTurn) return;
   const bool follows = turned_since_ && stamp - *turned_since_ < 2 * kTurn;
@@ -90,8 +90,8 @@ void MotionPredictor::learn_centre(SensorTime stamp, const SE2& map_T_base) {
 }
 
 void MotionPredictor::observe(SensorTime stamp, const SE2& map_T_base, bool trusted) {
-  if (motors_ && stamp <= motors_->stamp && motors_->stamp - stamp < kFarthest) return;
-  const bool follows = motors_ && stamp > motors_->stamp && stamp - motors_->stamp < kFarthest;
+  if (motors_ && stamp <= motors_->stamp && motors_->stamp - stamp < kMaxPrediction) return;
+  const bool follows = motors_ && stamp > motors_->stamp && stamp - motors_->stamp < kMaxPrediction;
   if (!follows) {
     const VelocityCommand now = acting(stamp);
     motors_ = Motors{stamp, now.speed_m_s, now.yaw_rate_rad_s, 0};
@@ -116,7 +116,7 @@ PredictedMotion MotionPredictor::predict(SensorTime to) const {
   if (!motors_) return {};
   Motors motors = *motors_;
   SE2 pose = map_T_base_;
-  run(motors, std::min(to, motors.stamp + kFarthest), &pose);
+  run(motors, std::min(to, motors.stamp + kMaxPrediction), &pose);
   return {pose, motors.speed_m_s, turning_.gain * motors.yaw_rate_rad_s};
 }
 

@@ -8,7 +8,7 @@
 
 namespace waymark {
 
-/// How commands become motion, as far as it is known beforehand.
+/// Response of the robot to commands, as configured.
 struct ActuatorOptions {
   double command_delay_s = 0.04;
   double speed_lag_s = 0.12;
@@ -53,36 +53,37 @@ struct ActuatorOptions {
   }
 };
 
-/// How the robot turns, as it was learnt.
+/// Learned turn response of the robot.
 struct LearntTurning {
-  double gain = 1;      ///< share of the asked turn that is turned
-  double centre_m = 0;  ///< ahead of the base origin: the point that does not move sideways
+  double gain = 1;      ///< actual over commanded yaw rate
+  double centre_m = 0;  ///< of the point that does not move sideways, ahead of the base origin
 };
 
-/// A pose with the motion that goes on there.
+/// A predicted pose with the motion at that time.
 struct PredictedMotion {
   SE2 map_T_base{};
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
 };
 
-/// Carries an estimate on to the moment when the next command acts: first-order motors behind a delay, fed
-/// with the commands that were sent. On the way it learns which share of the asked turning the robot turns:
-/// least squares with forgetting over the turns that the estimate has seen (Ljung, "System Identification",
-/// 2nd ed., section 11.2), within bounds; and in the same way about which point it turns (the centre of
-/// rotation of a skid-steer: Mandow et al., "Experimental kinematics for wheeled skid-steer mobile robots",
-/// IROS 2007), from what the base moves sideways while it turns. Remembers two seconds of commands.
+/// Extrapolates an estimate to the time at which the next command acts: first-order motors with a delay,
+/// driven by the commands sent. It learns the turn gain by least squares with forgetting over the turns in
+/// the estimate (Ljung, "System Identification", 2nd ed., section 11.2), within bounds. In the same way it
+/// learns the centre of rotation (of a skid-steer robot: Mandow et al., "Experimental kinematics for wheeled
+/// skid-steer mobile robots", IROS 2007) from the sideways motion of the base during turns. Stores two
+/// seconds of commands.
 class MotionPredictor {
  public:
   explicit MotionPredictor(const ActuatorOptions& options)
       : options_(options), turning_{options.turn_gain, options.turn_centre_m} {}
 
   void sent(SensorTime now, const VelocityCommand& command);
-  /// A newer estimate; one that is not newer changes nothing. `trusted`: turning may be learnt from it.
+  /// Adds a newer estimate; one that is not newer is ignored. `trusted`: the turn response may be learned
+  /// from it.
   void observe(SensorTime stamp, const SE2& map_T_base, bool trusted);
-  /// Where the robot will be, and how it will move, at `to`; where it was seen last when that is earlier.
+  /// Pose and motion at `to`; the newest observed pose if that is later.
   [[nodiscard]] PredictedMotion predict(SensorTime to) const;
-  /// When a command that is sent at `now` begins to act.
+  /// Time at which a command sent at `now` begins to act.
   [[nodiscard]] SensorTime acts_at(SensorTime now) const;
 
   [[nodiscard]] const LearntTurning& turning() const { return turning_; }
@@ -92,7 +93,7 @@ class MotionPredictor {
   struct Motors {
     SensorTime stamp{};
     double speed_m_s = 0;
-    double yaw_rate_rad_s = 0;  ///< before the gain
+    double yaw_rate_rad_s = 0;  ///< before the turn gain
     double turned_rad = 0;
   };
   void run(Motors& motors, SensorTime to, SE2* map_T_base) const;
@@ -102,12 +103,12 @@ class MotionPredictor {
 
   ActuatorOptions options_;
   std::deque<StampedCommand> commands_{};
-  std::optional<Motors> motors_{};  ///< at the newest estimate
+  std::optional<Motors> motors_{};  ///< state at the newest estimate
   SE2 map_T_base_{};
   LearntTurning turning_;
   double asked_asked_ = 0;
   double asked_turned_ = 0;
-  std::optional<SensorTime> turned_since_{};  ///< where the turn began from which the centre is learnt next
+  std::optional<SensorTime> turned_since_{};  ///< start of the turn from which the centre is learned next
   SE2 map_T_turned_since_{};
   double turned_turned_ = 0;
   double turned_sideways_ = 0;

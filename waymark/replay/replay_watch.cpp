@@ -9,7 +9,7 @@ namespace waymark {
 std::string ReplayWatch::alarm() const {
   if (!alarm_.empty()) return alarm_;
   if (command_gap_)
-    return fmt::format("no command was sent for {:.2f} s: this computer was busy, or a clock jumped",
+    return fmt::format("no command was sent for {:.2f} s: this computer was overloaded, or a clock jumped",
                        to_seconds(command_gap_->to - command_gap_->from));
   for (const auto& [camera, shown] : shown_) {
     if (!shown.frozen_message.empty()) return shown.frozen_message;
@@ -20,8 +20,7 @@ std::string ReplayWatch::alarm() const {
 void ReplayWatch::report_clock_jump(Duration by) {
   if (!alarm_.empty()) return;
   alarm_ = fmt::format(
-      "the clock jumped by {:+.2f} s: what is known of the way may be wrong. Look at the "
-      "robot, then start again",
+      "the clock jumped by {:+.2f} s, so the motion since may be wrong. Check the robot, then start again",
       to_seconds(by));
 }
 
@@ -35,7 +34,7 @@ void ReplayWatch::tick(SensorTime now) {
   decide_on_command_gap();
 }
 
-/// A clock that jumped has odometry jump as well; a computer that was late has not.
+/// If a clock jumped, odometry has the same gap; if the computer was only busy, it has none.
 void ReplayWatch::decide_on_command_gap() {
   if (!command_gap_) return;
   if (odometry_gap_ && odometry_gap_->overlaps(*command_gap_)) {
@@ -91,7 +90,7 @@ bool ReplayWatch::add(SensorTime stamp, const std::string& camera, const std::ve
   const double since_s = to_seconds(stamp - shown.since);
   if (since_s > options_.frozen_s)
     shown.frozen_message =
-        fmt::format("the camera shows the same picture for {:.1f} s while the robot moves", since_s);
+        fmt::format("the camera has repeated the same image for {:.1f} s while the robot moves", since_s);
   return false;
 }
 
@@ -102,9 +101,9 @@ void ReplayWatch::check(const SE2& map_T_base) {
     const SE2 jump = by_odometry.inverse() * (map_T_checked_->inverse() * map_T_base);
     if (jump.translation().norm() > options_.carried_m || std::abs(jump.yaw()) > options_.carried_rad)
       alarm_ = fmt::format(
-          "the position by tags jumped by {:.2f} m and {:.0f} deg against odometry: was the robot carried, "
-          "or did "
-          "the camera repeat an old picture? Look at the robot, then resume",
+          "the position by tags jumped by {:.2f} m and {:.0f} deg relative to odometry. Was the robot moved "
+          "by "
+          "hand, or did the camera repeat an old image? Check the robot, then resume",
           jump.translation().norm(), std::abs(jump.yaw()) * 57.29577951308232);
   }
   map_T_checked_ = map_T_base;

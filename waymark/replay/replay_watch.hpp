@@ -33,42 +33,43 @@ struct WatchOptions {
                 0.01, 3.2});
     visit(self.frozen_s,
           Field{"frozen_s",
-                "Maximum time for which a moving robot may receive the same picture; stops when exceeded.",
+                "Maximum time for which a moving robot may receive the same image; stops when exceeded.",
                 0.05, 10});
   }
 };
 
-/// Sees what no single measurement shows: clocks that jump, a robot that is carried, a camera that froze.
-/// Pure but for what it remembers; time is an argument. An alarm about clocks or carrying stays until
-/// forget(): a person has to look. A command that is merely late (a computer that was busy) is told from a
-/// clock that jumped by the odometry that was taken meanwhile and comes after: its stamps have no gap.
+/// Detects faults that a single measurement does not show: clock jumps, a robot moved by hand, a frozen
+/// camera. Pure except for its stored state; time is an argument. Alarms about clocks and motion by hand last
+/// until forget(), because a person has to check the robot. A late command (overloaded computer) is
+/// distinguished from a clock jump by the odometry of that time, which arrives afterwards: its stamps have no
+/// gap.
 class ReplayWatch {
  public:
   explicit ReplayWatch(const WatchOptions& options) : options_(options) {}
 
-  /// The time of the next command.
+  /// Adds the time of the next command.
   void tick(SensorTime now);
   void add(const Odometry& odometry);
-  /// Whether the frame is new: a camera that froze repeats the last corner to the last bit, while the robot
+  /// Adds a frame and returns whether it is new: a frozen camera repeats every corner exactly while the robot
   /// moves.
   [[nodiscard]] bool add(const TagFrame& frame);
   [[nodiscard]] bool add(const TagPoseFrame& frame);
-  /// A certain estimate.
+  /// Checks a certain estimate against odometry.
   void check(const SE2& map_T_base);
 
-  /// The reason to stop, in words; empty when there is none. `lasting`: until forget().
+  /// The reason to stop; empty if there is none. `lasting`: until forget().
   [[nodiscard]] std::string alarm() const;
   [[nodiscard]] bool lasting() const { return !alarm_.empty(); }
   void forget();
 
  private:
-  /// From one moment to a later one.
+  /// A time interval.
   struct Gap {
     SensorTime from{};
     SensorTime to{};
     [[nodiscard]] bool overlaps(const Gap& other) const { return from < other.to && other.from < to; }
   };
-  /// A tag and the numbers that say where it was seen.
+  /// A tag with the values of its detection.
   struct SeenTag {
     TagId tag{};
     std::array<double, 8> numbers{};
@@ -81,12 +82,12 @@ class ReplayWatch {
   WatchOptions options_;
   std::string alarm_{};
   std::optional<SensorTime> tick_{};
-  std::optional<Gap> command_gap_{};   ///< between two commands, while its cause is unknown
-  std::optional<Gap> odometry_gap_{};  ///< the newest between two samples of odometry
+  std::optional<Gap> command_gap_{};   ///< between two commands, until its cause is determined
+  std::optional<Gap> odometry_gap_{};  ///< the newest gap between two odometry samples
   std::optional<Odometry> odometry_{};
   SE2 odom_T_checked_{};
   std::optional<SE2> map_T_checked_{};
-  /// What a camera shows, and since when.
+  /// The newest detections of a camera, with the time since which they repeat.
   struct Shown {
     std::vector<SeenTag> tags{};
     SE2 odom_T_frame{};

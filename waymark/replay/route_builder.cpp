@@ -21,7 +21,7 @@ double angle_between(double from, double to) {
   return std::abs(std::remainder(to - from, 2 * std::numbers::pi));
 }
 
-/// The direction driven about each point, over a distance that the noise of single points does not turn.
+/// Driving direction at each point, over a distance long enough to average the noise of single points.
 std::vector<double> directions(const std::vector<Eigen::Vector2d>& line, double step_m) {
   constexpr double kReachMetres = 0.25;
   const auto reach = static_cast<std::size_t>(std::max(1L, std::lround(kReachMetres / step_m)));
@@ -33,7 +33,7 @@ std::vector<double> directions(const std::vector<Eigen::Vector2d>& line, double 
   return angles;
 }
 
-/// An even line with the directions of its points.
+/// A line with equal spacing and its directions.
 class DrivenLine {
  public:
   DrivenLine(const std::vector<Eigen::Vector2d>& line, double step_m, const LapClosing& closing)
@@ -41,7 +41,7 @@ class DrivenLine {
     window_ = 1 + static_cast<std::size_t>(std::ceil(closing.distance_m / step_m));
   }
 
-  /// Per visit of the start, in the direction of the start, the point nearest to it. The line leaves the
+  /// For each visit of the start in the direction of the start, the point nearest to it. The line leaves the
   /// start between two visits.
   [[nodiscard]] std::vector<std::size_t> returns() const {
     std::vector<std::size_t> all;
@@ -66,11 +66,11 @@ class DrivenLine {
     return all;
   }
 
-  /// Whether the line from point `loop` on follows the points before it, from the first one. Departures that
-  /// are shorter than the closing distance are noise, such as that of a trajectory by single tags.
+  /// Whether the line from point `loop` on follows the points from the first one on. Departures shorter than
+  /// the closing distance are noise, for example of a trajectory from single tags.
   [[nodiscard]] bool rest_repeats(std::size_t loop) const {
     std::size_t at = 0;
-    std::size_t departed = 0;  // points
+    std::size_t departed = 0;  // number of points
     for (std::size_t i = loop; i < line_.size(); ++i) {
       const auto next = nearest_ahead(i, at, loop);
       departed = next ? 0 : departed + 1;
@@ -85,7 +85,7 @@ class DrivenLine {
     return angle_between(angles_[i], angles_[j]) < closing_.angle_rad;
   }
 
-  /// The point of the loop, from `at` on, that is nearest to point `i` and has its direction.
+  /// The point of the loop, from `at` on, that is nearest to point `i` and has the same direction.
   [[nodiscard]] std::optional<std::size_t> nearest_ahead(std::size_t i, std::size_t at,
                                                          std::size_t loop) const {
     std::optional<std::size_t> nearest;
@@ -103,7 +103,7 @@ class DrivenLine {
   const std::vector<Eigen::Vector2d>& line_;
   std::vector<double> angles_;
   LapClosing closing_;
-  std::size_t window_ = 0;  ///< points
+  std::size_t window_ = 0;  ///< number of points
 };
 
 }  // namespace
@@ -164,7 +164,8 @@ Line solve(const Line& line, bool closed, const std::vector<double>& third,
   triplets.reserve(line.size() * 26);
   Eigen::MatrixX2d b(n, 2);
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    // The ends of an open line are where the robot was put: they count more than a point on the way.
+    // The ends of an open line are defined by where the robot was placed: they have ten times the weight of
+    // other points.
     const double weight = !closed && (i == 0 || i + 1 == n) ? 10.0 : 1.0;
     triplets.emplace_back(i, i, weight);
     b.row(i) = weight * line[static_cast<std::size_t>(i)].transpose();
@@ -214,7 +215,7 @@ Line smooth_line(const Line& line, bool closed, double step_m, double wave_m, do
     for (std::size_t i = 0; i < n; ++i) {
       if (std::abs(bent[i]) <= max_curvature_1_m * 0.99) continue;
       straight_enough = straight_enough && std::abs(bent[i]) <= max_curvature_1_m;
-      const std::size_t row = (i + n - 1) % n;  // whose middle is this point
+      const std::size_t row = (i + n - 1) % n;  // the row whose middle is this point
       seconds[row] = std::max(1.0, 1.5 * seconds[row]);
     }
     if (straight_enough) break;
@@ -244,10 +245,10 @@ Eigen::Vector2d sideways_gap(const Line& line) {
   return gap - gap.dot(along) * along;
 }
 
-/// The sideways part of the gap between the end of a lap and its start, spread over a metre, so that the
-/// route closes without a step. Where the lap went on beyond its start it is spread there: both passes are
-/// what was taught, and so is what lies between them. Else the end of the lap gives way. Along the route the
-/// last stretch is simply shorter or longer.
+/// Distributes the sideways part of the gap between end and start of a lap over one metre, so that the route
+/// closes without a step. If the lap continued beyond its start, the gap is distributed over the overlap,
+/// since both passes were taught. Otherwise the end of the lap is moved. Along the route only the length of
+/// the last segment changes.
 void close_gap(Line& line, double step_m, std::size_t overlap) {
   constexpr std::size_t kLeastOverlap = 4;
   if ((line.front() - line.back()).norm() < step_m / 3) line.pop_back();
@@ -265,8 +266,8 @@ void close_gap(Line& line, double step_m, std::size_t overlap) {
   }
 }
 
-/// Every point of the line moved to the mean of the driven points nearest to it: all of them count, not only
-/// those that happened to end a step. Points are matched in order, so a line may cross itself.
+/// Moves every point of the line to the mean of the nearest driven points, so that all of them contribute and
+/// not only those at the end of a step. Points are matched in order, so a line may cross itself.
 Line average_onto(const Line& line, const Line& driven) {
   Line sum(line.size(), Eigen::Vector2d::Zero());
   std::vector<double> count(line.size(), 0);
@@ -281,18 +282,18 @@ Line average_onto(const Line& line, const Line& driven) {
   return sum;
 }
 
-/// A stretch of the drive without a change of direction.
+/// A part of the drive without a change of direction.
 struct Leg {
   Line driven{};
   bool backwards = false;
 };
 
-/// Where the robot reversed for good: a few centimetres the other way are a hand that slipped.
+/// Splits where the robot reversed: a few centimetres in the other direction are an unintended motion.
 std::vector<Leg> legs_of(const Trajectory& trajectory) {
   constexpr double kReversedMetres = 0.10;
   std::vector<Leg> legs(1);
   double reversed_m = 0;
-  std::size_t reversed_from = 0;  // point of the present leg where it began to go the other way
+  std::size_t reversed_from = 0;  // index at which the current leg began to go the other way
   bool known = false;
   for (const StampedPose& pose : trajectory) {
     const SE2 map_T_base = project_to_plane(pose.map_T_base);
@@ -321,7 +322,7 @@ std::vector<Leg> legs_of(const Trajectory& trajectory) {
   return legs;
 }
 
-/// A leg becomes points of the route behind those that are there.
+/// Appends a leg to the points of the route.
 void append(Route& route, const Line& line, bool closed, double signed_speed_m_s) {
   const bool backwards = signed_speed_m_s < 0;
   const std::vector<double> bent = internal::curvatures(line, closed);
@@ -363,14 +364,14 @@ Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions&
     route.closed = loop.has_value();
     line = internal::smooth_line(line, route.closed, options.step_m, options.smoothing_m,
                                  options.max_curvature_1_m);
-    // A leg begins where the one before ended: that point is there already.
+    // A leg begins at the end of the previous one: that point exists already.
     if (!route.points.empty()) line.erase(line.begin());
     append(route, line, route.closed, leg.backwards ? -options.speed_m_s : options.speed_m_s);
   }
   if (driven_m < 0.5 || route.points.size() < 2) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the lap is only {:.2f} m long: too short for a route", driven_m), {},
-                "Drive at least half a metre.");
+                fmt::format("the lap of {:.2f} m is too short for a route", driven_m), {},
+                "Drive at least 0.5 m.");
   }
   return route;
 }

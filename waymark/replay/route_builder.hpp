@@ -16,30 +16,30 @@
 
 namespace waymark {
 
-/// A lap usually goes on beyond its start, by less than this. What repeats a loop for longer is reported.
+/// A lap usually continues beyond its start by less than this distance. A longer repeated part is reported.
 inline constexpr double kUsualOverlap_m = 1.5;
 
-/// When a driven line is back at its start, and when what follows repeats it: within this distance and this
-/// angle between the directions driven, but for departures that are shorter than the distance.
+/// Thresholds for the return of a driven line to its start, and for the part after it to repeat the line:
+/// distance, and angle between the directions of driving. Departures shorter than the distance are tolerated.
 struct LapClosing {
   double distance_m = 0.5;
   double angle_rad = 0.8;
 };
 
-/// Points at even arc length.
+/// Points with equal spacing.
 struct EvenLine {
   std::vector<Eigen::Vector2d> points{};
-  std::vector<std::size_t> sources{};  ///< per point, the index of the given point that it lies before or at
+  std::vector<std::size_t> sources{};  ///< per point, the index of the input point at or after which it lies
 };
 
-/// Jitter shorter than a step is not distance driven: a point counts once it is a step away. O(points +
-/// steps).
+/// Resamples points at equal spacing. Jitter below one step is not counted as distance: a point counts once
+/// it is one step away. O(points + steps).
 [[nodiscard]] EvenLine even_steps(const std::vector<Eigen::Vector2d>& points, double step_m);
 
-/// The number of points of an even line up to its first return to the start whose rest repeats what lies
-/// before it: one loop of a lap that was driven several times, or that goes on beyond its start. A return
-/// whose rest leads elsewhere, as in a figure eight, is part of the loop. Nothing: the line is open. O(points
-/// * distance_m / step_m) per return.
+/// Number of points of an evenly spaced line up to its first return to the start after which the rest repeats
+/// the line: one loop of a lap that was driven several times or continues beyond its start. A return after
+/// which the line leads elsewhere, as in a figure eight, is part of the loop. None: the line is open.
+/// O(points * distance_m / step_m) per return.
 [[nodiscard]] std::optional<std::size_t> points_of_first_loop(const std::vector<Eigen::Vector2d>& even,
                                                               double step_m, const LapClosing& closing);
 
@@ -49,16 +49,16 @@ namespace waymark::internal {
 
 using Line = std::vector<Eigen::Vector2d>;
 
-/// Points at even steps, smoothed: minimises the squared distance from them plus that of the third derivative
-/// (smoothing spline: Reinsch, "Smoothing by Spline Functions", Numerische Mathematik 10, 1967; Eilers and
-/// Marx, "Flexible Smoothing with B-splines and Penalties", Statistical Science 11, 1996). Straight lines and
-/// wide circles stay where they are: a wave of length L keeps 1 / (1 + (wave_m / L)^6) of its height. Where
-/// the curvature would be more than `max_curvature_1_m` (0: any) the line is bent straighter there, and only
-/// there. O(points).
+/// Smooths points with equal spacing: minimises the squared distance from them plus that of the third
+/// derivative (smoothing spline: Reinsch, "Smoothing by Spline Functions", Numerische Mathematik 10, 1967;
+/// Eilers and Marx, "Flexible Smoothing with B-splines and Penalties", Statistical Science 11, 1996).
+/// Straight lines and wide circles are preserved: a wave of length L keeps 1 / (1 + (wave_m / L)^6) of its
+/// amplitude. Where the curvature would exceed `max_curvature_1_m` (0: no limit), the line is straightened
+/// locally. O(points).
 [[nodiscard]] Line smooth_line(const Line& line, bool closed, double step_m, double wave_m,
                                double max_curvature_1_m);
 
-/// Turn over way at every point of a line [1/m].
+/// Curvature (turn per distance) at every point of a line [1/m].
 [[nodiscard]] std::vector<double> curvatures(const Line& line, bool closed);
 
 }  // namespace waymark::internal
@@ -92,23 +92,23 @@ struct RouteOptions {
 };
 
 struct BuiltRoute : Route {
-  double repeated_m = 0;  ///< driven beyond the closing point and cut off, because it repeats the route
+  double repeated_m = 0;  ///< length of the repeated part that was cut off after the closing point
 };
 
-/// The route a trajectory drove, on the floor: even steps of arc length, smoothed, closed where the lap came
-/// back to its start and the rest repeats it (points_of_first_loop(); the rest is cut off). A rest that leads
-/// elsewhere is part of the route. Where the robot reversed, the speed changes its sign; such a route stays
-/// open. Standing still adds nothing. Fails on a trajectory shorter than half a metre. O(poses) per return to
+/// Builds the route of a driven trajectory on the floor: points with equal spacing, smoothed, closed if the
+/// lap returned to its start and the rest repeats it (points_of_first_loop(); the repeated part is cut off).
+/// A rest that leads elsewhere is part of the route. Where the robot reversed, the speed changes sign; such a
+/// route is open. Standstills add no points. Fails on a trajectory shorter than 0.5 m. O(poses) per return to
 /// the start.
 [[nodiscard]] Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions& options = {});
 
-/// The longest way along a taught lap during which no frame held a tag of the map [m]. Frames and poses in
-/// order of time; a pose has the stamp of its frame.
+/// The longest distance along a taught lap without a frame that contains a map tag [m]. Frames and poses in
+/// time order; a pose has the stamp of its frame.
 [[nodiscard]] double longest_without_tags_m(const Trajectory& lap, const std::vector<TagFrame>& frames,
                                             const TagMap& map);
 
-/// The same of a route whose lap is not known, by which tags any of the cameras could see; occlusion is not
-/// considered.
+/// The same for a route without its lap, from the tags that are visible to any of the cameras; occlusion is
+/// not considered.
 [[nodiscard]] double longest_without_tags_m(const Route& route, const TagMap& map,
                                             const std::vector<MountedCamera>& cameras);
 

@@ -16,15 +16,15 @@ namespace {
 
 using internal::Line;
 
-constexpr int kOffsets = 11;  // of the grid, an odd number: the taught route is one of them
+constexpr int kOffsets = 11;  // of the grid; an odd number, so that the taught route is one of them
 
-/// What is found at the offsets of one point of the taught route.
+/// Survey of the offsets at one point of the taught route.
 struct SurveyedPlace {
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
   std::array<double, kOffsets> clearance_m{};
   std::array<double, kOffsets> tags{};
-  double least_m = 0;  ///< the offsets that are allowed
+  double least_m = 0;  ///< range of the allowed offsets
   double most_m = 0;
 };
 
@@ -46,7 +46,8 @@ SurveyedPlace survey(const SE2& map_T_base, const RouteScene& scene, double corr
   return station;
 }
 
-/// As far to either side as nothing gets worse than the taught route is.
+/// Extends the allowed range to both sides while clearance and visibility are not worse than on the taught
+/// route.
 void find_allowed(SurveyedPlace& station, double least_clearance_m, double corridor_m) {
   constexpr int kMiddle = kOffsets / 2;
   const double needed = std::min(2.0, station.tags[kMiddle]);
@@ -69,7 +70,7 @@ double look_up(const std::array<double, kOffsets>& grid, double offset_m, double
   return (1 - u) * grid[k] + u * grid[k + 1];
 }
 
-/// Stations stay beside the places they were at; both routes have the same points, one beside the other.
+/// Moves stations to the corresponding points; both routes have the same number of points.
 void take_stations(const Route& like, Route& route) {
   const auto arc_at = [](const Route& of, std::size_t i) {
     return i < of.points.size() ? of.points[i].arc_length_m : of.length_m;
@@ -116,7 +117,7 @@ double smoothness(const Route& route) {
   return sum / std::max(route.length_m, 1e-9);
 }
 
-/// The search: an offset at every point, moved by smooth bumps.
+/// The search: an offset at every point, modified by smooth bumps.
 class Search {
  public:
   Search(const Route& taught, const RouteScene& scene, const ProfileOptions& profile,
@@ -144,7 +145,7 @@ class Search {
   }
 
  private:
-  /// Moves bumps of one width about, wherever that helps, until it does not.
+  /// Varies bumps of one width until no change reduces the cost.
   void sweep(double half_width_m) {
     const double between = half_width_m / 2;
     const auto bumps = static_cast<int>(std::max(1.0, std::round(taught_.length_m / between)));
@@ -164,7 +165,7 @@ class Search {
       const double u = std::abs(away) / half_width_m;
       if (u >= 1) continue;
       double bump = std::pow(1 - u * u, 3);
-      if (!taught_.closed) {  // an open route begins and ends where it was taught, and as it was
+      if (!taught_.closed) {  // the ends of an open route, and their directions, stay as taught
         const double s = taught_.points[i].arc_length_m;
         bump *= std::pow(std::clamp(std::min(s, taught_.length_m - s) / 0.5, 0.0, 1.0), 3);
       }
@@ -223,7 +224,7 @@ class Search {
   double border_weight_ = 0;
 };
 
-/// The borders of the grid are coarse: what counts is the route itself.
+/// Compares the routes themselves, because the borders of the grid are coarse.
 bool no_worse(const RouteFigures& a, const RouteFigures& taught) {
   constexpr double kRoundingMetres = 1e-3;
   return a.min_clearance_m >= taught.min_clearance_m - kRoundingMetres &&
@@ -259,8 +260,8 @@ Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& sce
   if (Status status = check_ranges(profile); !status) return tl::unexpected(status.error());
   for (const RoutePoint& point : taught.points) {
     if (point.speed_m_s < 0)
-      return fail(ErrorCode::Unsupported, "the route reverses: such routes are not optimised", {},
-                  "Optimise routes that are driven forwards.");
+      return fail(ErrorCode::Unsupported, "a route that reverses cannot be optimised", {},
+                  "Optimise a route that is driven forwards only.");
   }
   if (taught.points.size() < 8)
     return fail(ErrorCode::InvalidArgument, "a route of fewer than 8 points cannot be optimised");

@@ -44,13 +44,13 @@ struct OptimizerOptions {
   }
 };
 
-/// What a route is worth.
+/// Quality measures of a route.
 struct RouteFigures {
   double lap_s = 0;
   double length_m = 0;
   double max_curvature_1_m = 0;
-  double smoothness_1_m4 = 0;  ///< mean square of the change of curvature over the way
-  double min_clearance_m = 0;  ///< hull to the nearest tag, in space
+  double smoothness_1_m4 = 0;  ///< mean squared derivative of the curvature over distance
+  double min_clearance_m = 0;  ///< minimum distance in space from the hull to a tag
   double two_tags_fraction = 0;
   double mean_tags = 0;
   double largest_offset_m = 0;  ///< from the taught route
@@ -62,7 +62,7 @@ struct OptimizedRoute {
   RouteFigures optimized{};
 };
 
-/// What is known of the place and the robot.
+/// Tags, cameras and robot that a route is evaluated with.
 struct RouteScene {
   const TagMap* tags = nullptr;
   const RobotModel* robot = nullptr;
@@ -72,13 +72,13 @@ struct RouteScene {
 [[nodiscard]] RouteFigures route_figures(const Route& route, const Route& taught, const RouteScene& scene,
                                          const ProfileOptions& profile);
 
-/// A better route beside the one that was taught: offsets to its side, by pattern search (Kolda, Lewis and
-/// Torczon, "Optimization by Direct Search", SIAM Review 45(3), 2003) over smooth bumps from wide to narrow,
-/// on lap time by with_speed_profile(), smoothness, clearance and tags in view. Where an offset would come
-/// nearer to a tag than the taught route ever does, or see fewer than two tags where that saw two, it costs;
-/// a result that is worse in one of both is not given: the taught route is. Tags in view and clearance are
-/// looked up on a grid of offsets with the taught heading. Fails on a route that changes direction and on
-/// options outside their range. O(points * (tags + rounds * length / narrowest)).
+/// Optimises the lateral offset from the taught route by pattern search (Kolda, Lewis and Torczon,
+/// "Optimization by Direct Search", SIAM Review 45(3), 2003) over smooth bumps from wide to narrow. The cost
+/// contains lap time by with_speed_profile(), smoothness, clearance and visible tags. Offsets with less
+/// clearance than the minimum of the taught route, or with fewer than two visible tags where the taught route
+/// has two, are penalised; if the result is worse in either, the taught route is returned. Visible tags and
+/// clearance are tabulated on a grid of offsets with the taught heading. Fails on a route that changes
+/// direction and on options outside their range. O(points * (tags + rounds * length / narrowest)).
 [[nodiscard]] Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,
                                                     const ProfileOptions& profile,
                                                     const OptimizerOptions& options);

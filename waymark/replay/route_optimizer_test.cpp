@@ -1,5 +1,5 @@
-// The optimised route: in its corridor, no tighter than allowed, as fast as a much denser search finds, and
-// nothing that matters is worse than on the taught one.
+// The optimised route stays in its corridor and within the curvature limit, is as fast as the result of a
+// much denser search, and is not worse than the taught route in clearance or visibility.
 #include "waymark/replay/route_optimizer.hpp"
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// An oval of straights and tight bends with a wiggle in it, every 5 cm.
+/// An oval of straights and tight bends with a wiggle, with points every 5 cm.
 Route oval() {
   Route route{.closed = true};
   constexpr int kPoints = 240;
@@ -63,7 +63,7 @@ TEST(RouteOptimizer, IsAsFastAsADenserSearchAndStaysInItsCorridor) {
             std::max(options.max_curvature_1_m, found->taught.max_curvature_1_m));
 }
 
-// On a circle the best is known: the inner edge of the corridor, at sqrt(a r).
+// The optimum on a circle is known: the inner edge of the corridor, at speed sqrt(a r).
 TEST(RouteOptimizer, FindsTheInnerEdgeOfACircle) {
   Route circle{.closed = true};
   constexpr int kPoints = 200;
@@ -88,7 +88,7 @@ TEST(RouteOptimizer, FindsTheInnerEdgeOfACircle) {
   EXPECT_GT(found->optimized.lap_s, 0.995 * best_s);
 }
 
-TEST(RouteOptimizer, ReversingRoutesAreRefused) {
+TEST(RouteOptimizer, RejectsRoutesThatReverse) {
   Route route = oval();
   route.points[3].speed_m_s = -0.3;
   const TagMap none;

@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-/// The stretch from point i to the next one.
+/// The segment from point i to the next one.
 struct Segment {
   Eigen::Vector2d from;
   Eigen::Vector2d to;
@@ -53,14 +53,13 @@ RouteProgress foot_on(const Route& route, std::size_t i, const SE2& map_T_base) 
 
 bool backwards(const Route& route, std::size_t i) { return route.points[i].speed_m_s < 0; }
 
-/// How the stretch behind a point is driven: as the point at its end. The point where the direction changes
-/// is the last of one leg, and what comes behind it is the next.
+/// Whether the segment after a point is driven backwards: its direction is that of the point at its end. The
+/// point at a change of direction is the last of one leg.
 bool stretch_backwards(const Route& route, std::size_t i) {
   return backwards(route, (i + 1) % route.points.size());
 }
 
-/// Fills in the leg of a foot point. A closed route that changes direction is taken to begin a leg at its
-/// first point.
+/// Sets the leg of a foot point. A closed route that changes direction begins a leg at its first point.
 void find_leg(const Route& route, RouteProgress& progress) {
   const bool way = stretch_backwards(route, progress.index);
   std::size_t first = progress.index;
@@ -76,7 +75,7 @@ bool changes_direction(const Route& route) {
       route.points, [&](const RoutePoint& point) { return (point.speed_m_s < 0) != backwards(route, 0); });
 }
 
-/// Distance of a foot point for the choice between branches.
+/// Cost of a foot point for the choice between branches [m].
 double branch_cost(const RouteProgress& at) {
   constexpr double kMetresPerRadian = 0.3;
   return std::hypot(at.cross_track_m, kMetresPerRadian * at.heading_error_rad);
@@ -152,7 +151,7 @@ constexpr double kBeyond_m = 1e-6;
 
 }  // namespace
 
-/// The nearest station at or beyond a way.
+/// Selects the nearest station at or after a travelled distance.
 void StationStops::aim(double from_m) {
   next_way_m_.reset();
   for (std::size_t i = 0; i < stations_.size(); ++i) {
@@ -169,7 +168,7 @@ void StationStops::begin(double way_m) {
   at_station_ = false;
   const double from_m = way_m - kSamePlace_m;
   aim(served_way_m_ ? std::max(from_m, *served_way_m_ + kBeyond_m) : from_m);
-  // What lies where a closed route begins is where its laps end, and served there.
+  // A station at the start of a closed route is served at the end of each lap.
   const bool at_seam = closed_ && !served_way_m_ && next_way_m_ && *next_way_m_ < kBeyond_m;
   if (at_seam) aim(kBeyond_m);
 }

@@ -8,50 +8,50 @@
 
 namespace waymark {
 
-/// Where a robot is beside a route.
+/// Position of a robot relative to a route.
 struct RouteProgress {
-  std::size_t index = 0;         ///< of the point at or before the foot point
+  std::size_t index = 0;         ///< of the route point at or before the foot point
   double arc_length_m = 0;       ///< of the foot point
   double cross_track_m = 0;      ///< signed: positive when the robot is to the left of the route
-  double heading_error_rad = 0;  ///< robot's heading less the route's
-  SE2 map_T_route{};             ///< foot point, heading of the robot there
-  double leg_begin_m = 0;        ///< stretch that is driven without changing direction: where it begins …
-  double leg_end_m = 0;          ///< … and ends; the whole route where it never changes
+  double heading_error_rad = 0;  ///< heading of the robot minus heading of the route
+  SE2 map_T_route{};             ///< pose at the foot point, with the robot's direction of driving
+  double leg_begin_m = 0;        ///< begin of the leg, the part without a change of direction
+  double leg_end_m = 0;          ///< end of the leg; the whole route if the direction never changes
 };
 
-/// The foot point nearest to the robot anywhere on the route, at or beyond `from_m`. Where branches of the
-/// route are near each other, the one whose heading is that of the robot: a radian counts as much as 0.3 m.
-/// O(points).
+/// The foot point nearest to the robot on the route, at or after `from_m`. If branches of the route are close
+/// to each other, the heading decides: one radian counts as much as 0.3 m. O(points).
 [[nodiscard]] RouteProgress locate(const Route& route, const SE2& map_T_base, double from_m = 0);
 
-/// The foot point near where it was before: looks `window_m` ahead and a little back, so that the robot
-/// cannot jump to another branch where a route crosses itself or closes. Where the direction changes the
-/// robot must have come within `turn_within_m` before what follows counts. O(window).
+/// The foot point near the previous one: searches `window_m` ahead and slightly back, so that the robot does
+/// not jump to another branch where a route crosses itself or closes. At a change of direction the next leg
+/// begins once the robot is within `turn_within_m`. O(window).
 [[nodiscard]] RouteProgress advance(const Route& route, const SE2& map_T_base, const RouteProgress& before,
                                     double window_m = 0.5, double turn_within_m = 0.02);
 
-/// The pose of the route at an arc length; a closed route goes round, an open one ends.
+/// The pose of the route at an arc length. Arc lengths wrap on a closed route and are clamped on an open one.
 [[nodiscard]] SE2 pose_at(const Route& route, double arc_length_m);
 
-/// Which station of a route comes next, and how long the robot still stands at it. Ways are arc lengths that
-/// go on growing where a closed route begins again. Pure but for what it remembers; time is an argument.
+/// The next station of a route, and the remaining dwell time at the current one. Distances are arc lengths
+/// that continue to grow over the laps of a closed route. Pure except for its stored state; time is an
+/// argument.
 class StationStops {
  public:
   StationStops() = default;
   explicit StationStops(const Route& route)
       : stations_(route.stations), closed_(route.closed), length_m_(route.length_m) {}
 
-  /// The robot is put on the route here, or goes on from here: what lies behind is passed. A station that was
-  /// served is not served again.
+  /// Begins or continues at this distance: stations before it are skipped. A station that was served is not
+  /// served again.
   void begin(double way_m);
-  /// The robot is here now; it has arrived at a station from `within_m` before it on.
+  /// Updates the distance; the robot has arrived at a station from `within_m` before it on.
   void arrive(double way_m, double within_m);
-  /// It stood for so long; at the end of the pause the next station comes.
+  /// Adds standing time; when the dwell time is over, the next station follows.
   void dwell(double dt_s);
 
-  /// Way to the next station; infinite when there is none.
+  /// Distance to the next station; infinite if there is none.
   [[nodiscard]] double left_m(double way_m) const;
-  /// The station the robot stands at; nullptr while it drives.
+  /// The station at which the robot is stopped; nullptr while it drives.
   [[nodiscard]] const Station* current() const { return at_station_ ? &stations_[next_] : nullptr; }
   [[nodiscard]] double left_s() const { return left_s_; }
 

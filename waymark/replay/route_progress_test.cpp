@@ -26,13 +26,13 @@ TEST(RouteProgress, SignedCrossTrackAndHeading) {
   EXPECT_NEAR(progress.heading_error_rad, 0.1, 0.01);
 }
 
-TEST(RouteProgress, GoesRoundWithoutAJump) {
+TEST(RouteProgress, IsContinuousOverTwoLaps) {
   const auto route = build_route(circle_lap(0, 1.05));
   RouteProgress progress = locate(*route, SE2(2, 0, kPi / 2));
   double travelled = 0;
   double last = progress.arc_length_m;
   for (int i = 1; i <= 400; ++i) {
-    const double angle = 4 * kPi * i / 400;  // twice round
+    const double angle = 4 * kPi * i / 400;  // two laps
     progress = advance(*route, SE2(2 * std::cos(angle), 2 * std::sin(angle), angle + kPi / 2), progress);
     double step = progress.arc_length_m - last;
     if (step < -route->length_m / 2) step += route->length_m;
@@ -43,7 +43,7 @@ TEST(RouteProgress, GoesRoundWithoutAJump) {
   EXPECT_NEAR(travelled, 8 * kPi, 0.1);
 }
 
-/// A metre ahead, then a metre back to the start.
+/// One metre forwards, then one metre back to the start.
 Route there_and_back() {
   Route route{.length_m = 2};
   for (int i = 0; i <= 40; ++i) {
@@ -53,22 +53,22 @@ Route there_and_back() {
   return route;
 }
 
-TEST(RouteProgress, WhoDrivesBeyondATurningPointIsOnTheNextLeg) {
+TEST(RouteProgress, OvershootingATurningPointBeginsTheNextLeg) {
   const Route route = there_and_back();
   RouteProgress progress = locate(route, SE2(0.01, 0, 0));
   EXPECT_NEAR(progress.leg_end_m, 1, 1e-9);
   double x = 0.01;
   for (; x < 0.975; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
-  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9) << "not yet there";
+  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9) << "not at the turning point yet";
   for (; x < 1.05; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
   EXPECT_NEAR(progress.leg_begin_m, 1, 1e-9);
   EXPECT_NEAR(progress.leg_end_m, 2, 1e-9);
-  EXPECT_LT(speed_at(route, progress.index, progress.arc_length_m), 0) << "backwards from there";
+  EXPECT_LT(speed_at(route, progress.index, progress.arc_length_m), 0) << "the next leg is driven backwards";
   for (; x > -0.05; x -= 0.01) progress = advance(route, SE2(x, 0, 0), progress);
-  EXPECT_NEAR(progress.arc_length_m, 2, 1e-9) << "beyond the end it is at the end";
+  EXPECT_NEAR(progress.arc_length_m, 2, 1e-9) << "clamped at the end";
 }
 
-// Stations of a route: each is served once a pass, in order, for its pause.
+// Stations of a route: each is served once per pass, in order, for its dwell time.
 
 Route route_with(std::vector<Station> stations, bool closed) {
   Route route{.closed = closed, .length_m = 10};
@@ -76,28 +76,28 @@ Route route_with(std::vector<Station> stations, bool closed) {
   return route;
 }
 
-/// Drives on by a centimetre or stands for a tenth of a second; what was served, "shelf 3.00 0.5".
+/// Drives in steps of 1 cm, or stops for 0.1 s; returns the served stations with their stop steps, "shelf 5".
 std::vector<std::string> served(StationStops stops, double from_m, double to_m) {
   std::vector<std::string> all;
   stops.begin(from_m);
-  int stood = 0;
+  int stopped_steps = 0;
   for (double way_m = from_m; way_m < to_m;) {
     const Station* const before = stops.current();
     const std::string name = before != nullptr ? before->name : "";
     if (before == nullptr) {
       way_m += 0.01;
       stops.arrive(way_m, 0.01);
-      stood = 0;
+      stopped_steps = 0;
       continue;
     }
     stops.dwell(0.1);
-    ++stood;
-    if (stops.current() == nullptr) all.push_back(name + " " + std::to_string(stood));
+    ++stopped_steps;
+    if (stops.current() == nullptr) all.push_back(name + " " + std::to_string(stopped_steps));
   }
   return all;
 }
 
-TEST(StationStops, EachIsServedOnceAPass) {
+TEST(StationStops, ServesEachStationOncePerPass) {
   const std::vector<Station> two = {{"shelf", 3, 0.45}, {"door", 7, 0.95}};
   EXPECT_EQ(served(StationStops(route_with(two, false)), 0, 10),
             (std::vector<std::string>{"shelf 5", "door 10"}));
@@ -107,7 +107,7 @@ TEST(StationStops, EachIsServedOnceAPass) {
   EXPECT_TRUE(served(StationStops(route_with({}, true)), 0, 25).empty());
 }
 
-TEST(StationStops, WhereALapEndsIsServedOnceALap) {
+TEST(StationStops, ServesAStationAtTheLapEndOncePerLap) {
   for (const double arc_m : {0.0, 9.95, 10.0}) {
     const StationStops stops(route_with({{"end", arc_m, 0.45}}, true));
     EXPECT_EQ(served(stops, 0, 10.5), (std::vector<std::string>{"end 5"})) << arc_m;
@@ -115,7 +115,7 @@ TEST(StationStops, WhereALapEndsIsServedOnceALap) {
   }
 }
 
-TEST(StationStops, TheWayToTheNextOneIsKnown) {
+TEST(StationStops, ReturnsTheDistanceToTheNextStation) {
   StationStops stops(route_with({{"shelf", 3, 1}}, false));
   EXPECT_TRUE(std::isinf(StationStops().left_m(0)));
   stops.begin(0);
@@ -129,17 +129,17 @@ TEST(StationStops, TheWayToTheNextOneIsKnown) {
   EXPECT_TRUE(std::isinf(stops.left_m(3)));
 }
 
-TEST(StationStops, WhoGoesOnAfterACarryDoesNotServeWhatLiesBehind) {
+TEST(StationStops, DoesNotServeStationsBehindTheResumePoint) {
   StationStops stops(route_with({{"shelf", 3, 1}, {"door", 7, 1}}, false));
   stops.begin(0);
   stops.begin(5);
   EXPECT_NEAR(stops.left_m(5), 2, 1e-12);
   stops.arrive(7, 0.01);
-  stops.begin(7.02);  // somebody paused it and let it go on: it stands there still
+  stops.begin(7.02);  // paused and resumed: it is still at the station
   ASSERT_NE(stops.current(), nullptr);
   stops.dwell(2);
   stops.begin(6.98);
-  EXPECT_TRUE(std::isinf(stops.left_m(6.98))) << "served is served";
+  EXPECT_TRUE(std::isinf(stops.left_m(6.98))) << "not served again";
 }
 
 }  // namespace

@@ -11,52 +11,53 @@
 namespace waymark {
 namespace {
 
-/// A robot that stopped for want of a position goes on when it knows it well, not at the limit itself: there
-/// it would creep from stop to stop.
+/// After a stop for position uncertainty the limit is lower, so that the robot does not alternate between
+/// creeping and stopping.
 double most_sigma_m(const SafetyInputs& in, const SafetyOptions& options) {
   return in.unsure ? std::min(options.slow_position_sigma_m, options.stop_position_sigma_m)
                    : options.stop_position_sigma_m;
 }
 
-/// The first reason to stop. Written so that a NaN is a reason.
+/// The first reason to stop. Comparisons are written so that a NaN is a reason.
 std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const SafetyInputs& in,
                                           const SafetyOptions& options) {
   if (!std::isfinite(wanted.speed_m_s) || !std::isfinite(wanted.yaw_rate_rad_s))
-    return "the controller gave no number";
+    return "the controller returned a non-finite command";
   if (!in.alarm.empty()) return in.alarm;
   if (!std::isfinite(in.last.speed_m_s) || !std::isfinite(in.last.yaw_rate_rad_s))
-    return "the last command was no number";
-  if (std::isinf(in.odometry_age_s)) return "no odometry arrived yet";
+    return "the last command was not finite";
+  if (std::isinf(in.odometry_age_s)) return "no odometry received";
   if (in.odometry_age_s < -options.max_odometry_age_s)
-    return fmt::format("odometry is stamped {:.2f} s ahead of now: two clocks", -in.odometry_age_s);
+    return fmt::format("odometry is stamped {:.2f} s in the future: two different clocks",
+                       -in.odometry_age_s);
   if (!(in.odometry_age_s <= options.max_odometry_age_s)) {
-    return fmt::format("odometry is {:.2f} s old (limit {:.2f} s)", in.odometry_age_s,
+    return fmt::format("the newest odometry is {:.2f} s old (limit {:.2f} s)", in.odometry_age_s,
                        options.max_odometry_age_s);
   }
   if (!(in.gyro_age_s <= options.max_odometry_age_s))
-    return fmt::format("the gyro is {:.2f} s old (limit {:.2f} s)", in.gyro_age_s,
+    return fmt::format("the newest gyro sample is {:.2f} s old (limit {:.2f} s)", in.gyro_age_s,
                        options.max_odometry_age_s);
   if (!(in.scan_age_s <= options.max_scan_age_s))
-    return fmt::format("the lidar's scan is {:.2f} s old (limit {:.2f} s)", in.scan_age_s,
+    return fmt::format("the newest lidar scan is {:.2f} s old (limit {:.2f} s)", in.scan_age_s,
                        options.max_scan_age_s);
   if (!(in.picture_age_s <= options.max_picture_age_s))
-    return fmt::format("the newest picture is {:.2f} s old (limit {:.2f} s): is the camera connected?",
+    return fmt::format("the newest image is {:.2f} s old (limit {:.2f} s). Is the camera connected?",
                        in.picture_age_s, options.max_picture_age_s);
   if (!(in.blind_m <= in.taught_blind_m + options.max_blind_m))
     return fmt::format(
-        "{:.2f} m were driven without an accepted tag (limit {:.2f} m: {:.2f} m more than in the taught "
-        "lap){}{}",
-        in.blind_m, in.taught_blind_m + options.max_blind_m, options.max_blind_m,
-        in.missed.empty() ? "" : "; ", in.missed);
-  if (!in.localized) return "the position is not known: no mapped tag was seen yet";
+        "no accepted tag for {:.2f} m (limit {:.2f} m: {:.2f} m more than in the taught lap){}{}", in.blind_m,
+        in.taught_blind_m + options.max_blind_m, options.max_blind_m, in.missed.empty() ? "" : "; ",
+        in.missed);
+  if (!in.localized) return "the position is unknown: no mapped tag has been observed";
   if (in.contradicting_frames > options.max_contradicting_frames)
-    return "what is seen contradicts where the robot believes to be: was it carried?";
+    return "observed tags contradict the estimated pose. Was the robot moved by hand?";
   if (const double most = most_sigma_m(in, options); !(in.position_sigma_m <= most)) {
-    return fmt::format("the position is known only to {:.2f} m (limit {:.2f} m{}){}{}", in.position_sigma_m,
-                       most, in.unsure ? " to go on" : "", in.missed.empty() ? "" : "; ", in.missed);
+    return fmt::format("the standard deviation of the position is {:.2f} m (limit {:.2f} m{}){}{}",
+                       in.position_sigma_m, most, in.unsure ? " to continue" : "",
+                       in.missed.empty() ? "" : "; ", in.missed);
   }
   if (!(std::abs(in.cross_track_m) <= options.max_cross_track_m)) {
-    return fmt::format("{:.2f} m from the route (limit {:.2f} m)", std::abs(in.cross_track_m),
+    return fmt::format("the robot is {:.2f} m from the route (limit {:.2f} m)", std::abs(in.cross_track_m),
                        options.max_cross_track_m);
   }
   if (!(in.clearance_m >= options.min_clearance_m)) {
@@ -64,20 +65,19 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
                        options.min_clearance_m);
   }
   if (!(in.obstacle_m >= options.stop_obstacle_m)) {
-    return fmt::format("something stands {:.2f} m ahead (limit {:.2f} m)", in.obstacle_m,
-                       options.stop_obstacle_m);
+    return fmt::format("obstacle {:.2f} m ahead (limit {:.2f} m)", in.obstacle_m, options.stop_obstacle_m);
   }
   return std::nullopt;
 }
 
-/// Towards what is wanted, by no more than the ramp up or, towards zero, down; never through zero at once.
+/// Approaches `wanted` by at most `up`, or by `down` towards zero; never crosses zero in one step.
 double ramp(double last, double wanted, double up, double down) {
   if (last < 0 || (last == 0 && wanted < 0)) return -ramp(-last, -wanted, up, down);
   if (wanted >= last) return std::min(wanted, last + up);
   return std::max({wanted, 0.0, last - down});
 }
 
-/// Braking on the curve that was being driven.
+/// Braking along the current curve.
 VelocityCommand braked(const SafetyInputs& in, const SafetyOptions& options, double dt_s) {
   VelocityCommand last = in.last;
   if (!std::isfinite(last.speed_m_s)) return {};
@@ -90,13 +90,13 @@ VelocityCommand braked(const SafetyInputs& in, const SafetyOptions& options, dou
 
 constexpr double kLeastShare = 0.2;
 
-/// 1 where slowing begins, falling to a fifth where it would be a stop.
+/// 1 where slowing begins, decreasing to a fifth at the stop limit.
 double share_of(double value, double slow, double stop) {
   const double between = slow - stop;
   return std::abs(between) > 1e-9 ? std::clamp((value - stop) / between, kLeastShare, 1.0) : kLeastShare;
 }
 
-/// How much of the wanted speed the doubts leave.
+/// Share of the wanted speed that position uncertainty and obstacles allow.
 double share_left(const VelocityCommand& wanted, const SafetyInputs& in, const SafetyOptions& options) {
   double share = in.contradicting_frames > 0 ? kLeastShare : 1;
   if (in.position_sigma_m > options.slow_position_sigma_m)
@@ -120,7 +120,7 @@ SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs, c
   }
   double share = share_left(wanted, inputs, options);
   verdict.slowed = share < 1;
-  // Speed and turning shrink together, so that the curvature stays as steered.
+  // Speed and yaw rate are scaled together, so that the curvature is unchanged.
   const auto shrink = [&](double value, double most) {
     if (std::abs(value) * share > most) share = most / std::abs(value);
   };
@@ -129,7 +129,7 @@ SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs, c
   const double speed = share * wanted.speed_m_s;
   verdict.command.speed_m_s = ramp(inputs.last.speed_m_s, speed, options.max_acceleration_m_s2 * dt_s,
                                    options.max_deceleration_m_s2 * dt_s);
-  // Turning follows the speed that is really sent.
+  // The yaw rate follows the speed that is actually sent.
   double turning = share * wanted.yaw_rate_rad_s;
   if (speed != 0) turning *= std::clamp(verdict.command.speed_m_s / speed, -2.0, 2.0);
   const double most_change = options.max_yaw_acceleration_rad_s2 * dt_s;
@@ -146,11 +146,11 @@ std::optional<std::string> start_refusal(double distance_m, double heading_error
                                          const SafetyOptions& options) {
   const double degrees = to_degrees(heading_error_rad);
   if (!(std::abs(distance_m) <= options.start_distance_m)) {
-    return fmt::format("the robot is {:.2f} m to the {} of the route: put it within {:.2f} m",
+    return fmt::format("the robot is {:.2f} m to the {} of the route (limit {:.2f} m): move it closer",
                        std::abs(distance_m), distance_m > 0 ? "left" : "right", options.start_distance_m);
   }
   if (!(std::abs(heading_error_rad) <= options.start_angle_rad)) {
-    return fmt::format("the robot points {:.0f} degrees to the {} of the route: turn it along the route",
+    return fmt::format("the robot points {:.0f} degrees to the {} of the route: align it with the route",
                        std::abs(degrees), degrees > 0 ? "left" : "right");
   }
   return std::nullopt;
@@ -158,7 +158,8 @@ std::optional<std::string> start_refusal(double distance_m, double heading_error
 
 namespace {
 
-/// Way along a circle that leaves the base straight ahead, and distance beside it to the left.
+/// Position relative to a circle tangent to the heading of the base: distance along it, and beside it to the
+/// left.
 struct Along {
   double way_m = 0;
   double beside_m = 0;
@@ -186,7 +187,7 @@ double free_way_m(const LaserScan& scan, const SE2& base_T_lidar, const Hull& hu
     Eigen::Vector2d p = base_T_lidar * Eigen::Vector2d(range * std::cos(angle), range * std::sin(angle));
     const bool inside = p.x() > -hull.rear_m && p.x() < hull.front_m && std::abs(p.y()) < hull.width_m / 2;
     if (inside) continue;
-    if (backwards) p.x() = -p.x();  // the same curve seen in a mirror
+    if (backwards) p.x() = -p.x();  // mirrored
     const Along at = along_curve(p, curvature_1_m);
     if (std::abs(at.beside_m) > hull.width_m / 2 + margin_m) continue;
     const double way = at.way_m - front;

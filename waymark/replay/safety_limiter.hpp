@@ -54,12 +54,13 @@ struct SafetyOptions {
               "Maximum age of the newest lidar scan once one was received; stops when exceeded.", 0.05, 10});
     visit(self.max_picture_age_s,
           Field{"max_picture_age_s",
-                "Maximum age of the newest picture once one was received; stops when exceeded.", 0.1, 60});
-    visit(self.max_blind_m,
-          Field{"max_blind_m",
-                "Maximum distance without an accepted tag beyond the longest such stretch of the taught lap; "
-                "stops when exceeded.",
-                0, 1000});
+                "Maximum age of the newest image once one was received; stops when exceeded.", 0.1, 60});
+    visit(
+        self.max_blind_m,
+        Field{"max_blind_m",
+              "Maximum distance without an accepted tag beyond the longest such distance of the taught lap; "
+              "stops when exceeded.",
+              0, 1000});
     visit(self.slow_position_sigma_m,
           Field{"slow_position_sigma_m",
                 "Standard deviation of the position above which the robot slows down.", 0, 10});
@@ -89,47 +90,48 @@ struct SafetyOptions {
   }
 };
 
-/// What the limiter must know; all of it comes from outside, time too.
+/// Inputs of the limiter, including time.
 struct SafetyInputs {
   double odometry_age_s = 0;
-  double gyro_age_s = 0;      ///< 0 for a robot without one
-  double scan_age_s = 0;      ///< 0 for a robot without a lidar
-  double picture_age_s = 0;   ///< 0 before the first picture
-  double blind_m = 0;         ///< way driven since a tag was accepted
-  double taught_blind_m = 0;  ///< longest stretch without a tag in the taught lap
-  std::string missed{};       ///< tags that should be in view and were not found, in words
+  double gyro_age_s = 0;      ///< 0 if the robot has no gyro
+  double scan_age_s = 0;      ///< 0 if the robot has no lidar
+  double picture_age_s = 0;   ///< 0 before the first image
+  double blind_m = 0;         ///< distance driven since the last accepted tag
+  double taught_blind_m = 0;  ///< longest distance without a tag in the taught lap
+  std::string missed{};       ///< description of expected tags that were not found
   bool localized = false;
   double position_sigma_m = 0;   ///< largest standard deviation in the plane
-  int contradicting_frames = 0;  ///< frames in a row, up to the newest, that contradict the position
-  bool unsure = false;           ///< the last verdict's: the robot already stands for want of a position
+  int contradicting_frames = 0;  ///< consecutive, up to the newest
+  bool unsure =
+      false;  ///< SafetyVerdict::unsure of the last verdict: the robot is stopped for position uncertainty
   double cross_track_m = 0;
   double clearance_m = 0;
-  double obstacle_m = std::numeric_limits<double>::infinity();  ///< free way before the hull
+  double obstacle_m = std::numeric_limits<double>::infinity();  ///< free distance ahead of the hull
   double dt_s = 0;                                              ///< since the last command
-  VelocityCommand last{};                                       ///< the command sent then
-  std::string alarm{};  ///< what somebody else found that is reason enough to stop, in words; empty: nothing
+  VelocityCommand last{};                                       ///< the previous command
+  std::string alarm{};  ///< reason to stop from another check; empty: none
 };
 
 struct SafetyVerdict {
-  VelocityCommand command{};             ///< what may be sent
-  std::optional<std::string> stopped{};  ///< why it is a stop, in words; the command then brakes to zero
+  VelocityCommand command{};             ///< may be sent
+  std::optional<std::string> stopped{};  ///< reason of a stop; the command then brakes to zero
   bool slowed = false;
-  bool unsure = false;  ///< stopped because the position is not known well enough
+  bool unsure = false;  ///< stopped because the uncertainty of the position is too large
 };
 
-/// The last word before the motors. Pure: the same inputs give the same verdict; a NaN anywhere is a stop. A
-/// stop brakes, on the curve that was being driven, with max_deceleration_m_s2.
+/// Limits a command; every command to the motors passes here. Pure: equal inputs give equal verdicts. Any NaN
+/// causes a stop. A stop brakes along the current curve with max_deceleration_m_s2.
 [[nodiscard]] SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs,
                                   const SafetyOptions& options);
 
-/// Why the robot may not start here, in words that say where to put it; nothing when it may. `distance_m` is
-/// positive when the robot is to the left of the route, the angle when it points to its left.
+/// Why the robot may not start at this position, with the correction; none if it may. `distance_m` is
+/// positive if the robot is left of the route, the heading error if it points to the left.
 [[nodiscard]] std::optional<std::string> start_refusal(double distance_m, double heading_error_rad,
                                                        const SafetyOptions& options);
 
-/// How far the hull, widened by `margin_m` on both sides, can drive on a curve before it meets what a scan
-/// saw: forwards, or backwards when `backwards`. Infinite when nothing is in the way within `reach_m`. Points
-/// inside the hull are the robot itself. O(rays).
+/// Distance that the hull, widened by `margin_m` on both sides, can drive along a curve until it reaches an
+/// obstacle in a scan; `backwards`: in reverse. Infinite if there is none within `reach_m`. Points inside the
+/// hull belong to the robot. O(rays).
 [[nodiscard]] double free_way_m(const LaserScan& scan, const SE2& base_T_lidar, const Hull& hull,
                                 double curvature_1_m, bool backwards, double margin_m = 0.03,
                                 double reach_m = 3);

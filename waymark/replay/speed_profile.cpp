@@ -33,10 +33,11 @@ Route with_speed_profile(Route route, const ProfileOptions& options) {
   for (std::size_t i = 0; i < n; ++i) {
     speed[i] = std::max(local_limit(route.points[i], options), crawl_m_s);
     const bool last = i + 1 == n;
-    const bool stands = last ? !route.closed : !same_way(route.points[i], route.points[i + 1]);
-    if (stands) speed[i] = crawl_m_s;
+    const bool at_standstill = last ? !route.closed : !same_way(route.points[i], route.points[i + 1]);
+    if (at_standstill) speed[i] = crawl_m_s;
   }
-  const std::size_t rounds = route.closed ? 2 * n : n - 1;  // twice: the start of a lap depends on its end
+  const std::size_t rounds =
+      route.closed ? 2 * n : n - 1;  // twice, because the start of a lap depends on its end
   for (std::size_t k = 0; k < rounds; ++k) {
     const std::size_t i = k % n;
     const std::size_t next = (i + 1) % n;
@@ -64,9 +65,9 @@ double speed_at(const Route& route, std::size_t index, double arc_length_m) {
   const RoutePoint& b = route.points[(index + 1) % n];
   const double stretch = std::max(distance_to_next(route, index), 1e-12);
   const double u = std::clamp((arc_length_m - a.arc_length_m) / stretch, 0.0, 1.0);
-  // Even acceleration: the square of the speed is what is linear in the way.
+  // Constant acceleration: the square of the speed is linear in the distance.
   const double squared = (1 - u) * a.speed_m_s * a.speed_m_s + u * b.speed_m_s * b.speed_m_s;
-  // Where the direction changes, the stretch behind the turning point is the next leg's.
+  // At a change of direction, the segment after the turning point belongs to the next leg.
   return std::copysign(std::sqrt(squared), b.speed_m_s);
 }
 

@@ -34,17 +34,17 @@ struct ProfileOptions {
   }
 };
 
-/// The route with the speed of each point: what is asked, less in curves (sqrt(a / curvature), turning rate),
-/// and no faster than it can be reached and left again (forward-backward pass: Bobrow, Dubowsky and Gibson,
-/// "Time-Optimal Control of Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985, for a limit that
-/// does not depend on the speed). A standstill at the end of an open route and where the direction changes;
-/// a closed one goes on. The sign of the speed (backwards is negative) stays. O(points).
+/// Sets the speed of each point: the requested speed, reduced in curves (sqrt(a / curvature), yaw rate) and
+/// to what the acceleration limits allow before and after (forward-backward pass: Bobrow, Dubowsky and
+/// Gibson, "Time-Optimal Control of Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985, for a limit
+/// that does not depend on the speed). The speed is zero at the end of an open route and at changes of
+/// direction; a closed route has no stop. The sign of the speed (negative: backwards) is kept. O(points).
 [[nodiscard]] Route with_speed_profile(Route route, const ProfileOptions& options);
 
-/// Signed speed at an arc length, of the stretch behind point `index`.
+/// Signed speed at an arc length on the segment after point `index`.
 [[nodiscard]] double speed_at(const Route& route, std::size_t index, double arc_length_m);
 
-/// How long a profile takes to drive, a standing start not counted.
+/// Duration of a profile with a flying start.
 [[nodiscard]] double duration_s(const Route& route);
 
 }  // namespace waymark

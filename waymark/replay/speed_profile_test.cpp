@@ -11,7 +11,7 @@ namespace {
 
 using test::shaped_route;
 
-TEST(SpeedProfile, NoPointIsFasterThanItsCurveAndNoStretchThanItsAcceleration) {
+TEST(SpeedProfile, KeepsTheLimitsOfCurvesAndAcceleration) {
   const ProfileOptions options{.speed_m_s = 1.5};
   for (const char* shape : {"eight", "circle", "line"}) {
     const Route route = with_speed_profile(shaped_route(shape, 0.4), options);
@@ -32,8 +32,8 @@ TEST(SpeedProfile, NoPointIsFasterThanItsCurveAndNoStretchThanItsAcceleration) {
   EXPECT_NEAR(with_speed_profile(shaped_route("line", 0.4), options).points.back().speed_m_s, 0.05, 1e-12);
 }
 
-/// Not at the end of a route either, where it would crawl faster.
-TEST(SpeedProfile, IsNeverFasterThanTheSpeedThatWasAskedFor) {
+/// This includes the end of a route, where the crawl speed would be higher.
+TEST(SpeedProfile, NeverExceedsTheRequestedSpeed) {
   const ProfileOptions options{.speed_m_s = 0.02};
   for (const char* shape : {"eight", "line"})
     for (const RoutePoint& point : with_speed_profile(shaped_route(shape, 0.4), options).points)
