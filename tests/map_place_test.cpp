@@ -95,7 +95,7 @@ TEST(MapOfAPlace, TheAnchorMayLean) {
       EXPECT_LT(shape.rmse_m, 0.03);
       EXPECT_LT((anchor.translation() - setup.map_T_anchor.translation()).norm(), 1e-5);
       const bool reported = std::ranges::any_of(mapped->warnings, [&](const std::string& warning) {
-        return warning.find(" leans ") != std::string::npos;
+        return warning.find(" tilted by ") != std::string::npos;
       });
       EXPECT_EQ(reported, lean_deg > 1) << "smaller leans are not reported";
     }
