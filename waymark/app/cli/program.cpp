@@ -120,7 +120,8 @@ std::vector<std::size_t> input_places(const std::vector<std::string>& words, con
 
 /// The place of the first word after `verb` that is neither a flag nor a value of one, if there is any.
 std::optional<std::size_t> first_input(const Verb& verb, const std::vector<std::string>& words) {
-  if (!words.empty() && !words.front().starts_with('-')) return 0;  // without asking for all flags
+  if (words.empty()) return std::nullopt;
+  if (!words.front().starts_with('-')) return 0;  // without asking for all flags
   FlagTable flags;
   add_flags(verb, flags);
   const std::vector<std::size_t> places = input_places(words, flags);
