@@ -37,7 +37,7 @@ std::string to_string(const Error& error) {
   return text;
 }
 
-std::string write_mend(int error, const std::string& folder) {
+std::string write_hint(int error, const std::string& folder) {
   switch (error) {
     case ENOENT:
       return "Create the folder '" + folder + "' first.";

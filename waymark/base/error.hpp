@@ -65,6 +65,6 @@ using Status = Result<void>;
 }
 
 /// Hint for an errno that occurred while writing a file into `folder`; empty if the errno has no hint.
-[[nodiscard]] std::string write_mend(int error, const std::string& folder);
+[[nodiscard]] std::string write_hint(int error, const std::string& folder);
 
 }  // namespace waymark

@@ -110,7 +110,7 @@ struct JobField : Field {
     return with(&JobField::usual, text);
   }
   /// The help shows no default, because the initial value has no meaning.
-  [[nodiscard]] constexpr JobField without_usual() const { return with(&JobField::has_no_usual, true); }
+  [[nodiscard]] constexpr JobField without_default() const { return with(&JobField::has_no_default, true); }
   /// Belongs to the group with this title, which the short help omits.
   [[nodiscard]] constexpr JobField grouped(std::string_view title) const {
     return with(&JobField::group, title);
@@ -127,7 +127,7 @@ struct JobField : Field {
     return with(&JobField::alias, other);
   }
   /// A list that is given as one comma-separated word.
-  [[nodiscard]] constexpr JobField by_commas() const { return with(&JobField::has_commas, true); }
+  [[nodiscard]] constexpr JobField comma_separated() const { return with(&JobField::has_commas, true); }
   /// A list; the flag is repeated for each element.
   [[nodiscard]] constexpr JobField repeated() const { return with(&JobField::is_repeated, true); }
   /// A list of exactly this many elements.
@@ -143,7 +143,7 @@ struct JobField : Field {
   bool is_input = false;
   bool is_required = false;
   bool is_less = false;
-  bool has_no_usual = false;
+  bool has_no_default = false;
   bool has_commas = false;
   bool is_repeated = false;
   int count = 0;  ///< number of elements of a list; 0: any

@@ -130,7 +130,7 @@ tl::unexpected<Error> cannot_create(const fs::path& path, int error) {
                 "Create the folder or choose another.");
   }
   return fail(ErrorCode::Unwritable, fmt::format("cannot create this file: {}", reason(error)),
-              place_of(path), write_mend(error, folder.string()));
+              place_of(path), write_hint(error, folder.string()));
 }
 
 }  // namespace
@@ -166,7 +166,7 @@ Status write_bytes(const fs::path& path, std::span<const std::uint8_t> bytes) {
   std::error_code ignored;
   if (fs::is_regular_file(path, ignored)) fs::remove(path, ignored);
   return fail(ErrorCode::Unwritable, fmt::format("cannot complete this file: {}", reason(error)),
-              place_of(path), write_mend(error, path.parent_path().string()));
+              place_of(path), write_hint(error, path.parent_path().string()));
 }
 
 }  // namespace waymark

@@ -146,7 +146,7 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text)
       std::filesystem::remove(beside, ignored);
       return fail(ErrorCode::Unwritable,
                   why ? "the file cannot be written: " + why.message() : "the file cannot be written",
-                  {.source = path.string()}, write_mend(why.value(), path.parent_path().string()));
+                  {.source = path.string()}, write_hint(why.value(), path.parent_path().string()));
     }
   }
   std::error_code error;

@@ -165,7 +165,7 @@ Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path)
   const std::string why = fmt::format("cannot create the file: {}", reason());
   const Place place{.source = path.string()};
   if (error != EEXIST)
-    return fail(ErrorCode::Unwritable, why, place, write_mend(error, path.parent_path().string()));
+    return fail(ErrorCode::Unwritable, why, place, write_hint(error, path.parent_path().string()));
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);
   if (std::filesystem::is_directory(status))

@@ -163,9 +163,10 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
   void receive() {
     const auto data = buffer_.cdata();
     if (stream_.got_text())
-      all_->hub_.hear_text(id_, {static_cast<const char*>(data.data()), data.size()}, all_->now_());
+      all_->hub_.receive_text(id_, {static_cast<const char*>(data.data()), data.size()}, all_->now_());
     else
-      all_->hub_.hear_binary(id_, {static_cast<const std::uint8_t*>(data.data()), data.size()}, all_->now_());
+      all_->hub_.receive_binary(id_, {static_cast<const std::uint8_t*>(data.data()), data.size()},
+                                all_->now_());
     buffer_.consume(buffer_.size());
     all_->tick();
   }

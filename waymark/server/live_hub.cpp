@@ -239,7 +239,7 @@ void LiveHub::advertise_own(Client& client, const ClientAdvertise& message) {
   }
 }
 
-void LiveHub::hear_text(Id id, std::string_view text, Duration now) {
+void LiveHub::receive_text(Id id, std::string_view text, Duration now) {
   const auto found = clients_.find(id);
   if (found == clients_.end()) return;
   Client& client = found->second;
@@ -271,7 +271,7 @@ void LiveHub::hear_text(Id id, std::string_view text, Duration now) {
       *message);
 }
 
-void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration now) {
+void LiveHub::receive_binary(Id id, std::span<const std::uint8_t> bytes, Duration now) {
   const auto found = clients_.find(id);
   if (found == clients_.end()) return;
   Client& client = found->second;

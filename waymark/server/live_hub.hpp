@@ -80,8 +80,8 @@ class LiveHub {
   [[nodiscard]] std::optional<Id> join(std::string_view protocol, bool may_command, Duration now);
   /// Removes a viewer; if it held control, the robot is stopped or paused.
   void leave(Id id);
-  void hear_text(Id id, std::string_view text, Duration now);
-  void hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);
+  void receive_text(Id id, std::string_view text, Duration now);
+  void receive_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);
   /// Passes on data of the robot since the last call. `now`: host clock, as in the feed.
   void tick(Duration now);
 

@@ -65,7 +65,7 @@ class Hub : public ::testing::Test {
   LiveHub::Id join(std::string_view protocol, bool may_command = true) {
     return hub_.join(protocol, may_command, now_).value();
   }
-  void send(LiveHub::Id id, std::string_view text) { hub_.hear_text(id, text, now_); }
+  void send(LiveHub::Id id, std::string_view text) { hub_.receive_text(id, text, now_); }
   void pass(double seconds) {
     now_ += Duration(static_cast<std::int64_t>(seconds * 1e9));
     hub_.tick(now_);
@@ -205,7 +205,7 @@ TEST_F(Hub, WithoutTheTokenAViewerMayOnlyWatchAndStop) {
   send(studio, R"({"op":"advertise","channels":[{"id":1,"topic":"/cmd_vel","encoding":"json"}]})");
   const std::string twist =
       std::string("\x01\x01\x00\x00\x00", 5) + R"({"linear":{"x":1},"angular":{"z":0}})";
-  hub_.hear_binary(studio, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
+  hub_.receive_binary(studio, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
   EXPECT_TRUE(feed_.take_orders().empty());
   EXPECT_EQ(feed_.control(), Control::Nobody);
   EXPECT_EQ(output_of(page).of("status").size(), 2u);
@@ -262,7 +262,7 @@ TEST_F(Hub, FoxglovePublishesWithTheToken) {
   const auto id = join("foxglove.sdk.v1");
   send(id, R"({"op":"advertise","channels":[{"id":1,"topic":"/waymark/order","encoding":"json"}]})");
   const std::string stop = std::string("\x01\x01\x00\x00\x00", 5) + R"({"data":"stop"})";
-  hub_.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(stop.data()), stop.size()}, now_);
+  hub_.receive_binary(id, {reinterpret_cast<const std::uint8_t*>(stop.data()), stop.size()}, now_);
   const auto orders = feed_.take_orders();
   ASSERT_EQ(orders.size(), 1u);
   EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Stop);
@@ -288,7 +288,7 @@ TEST_F(Hub, EveryViewerCanStopTheRobot) {
   send(studio, R"({"op":"advertise","channels":[{"id":1,"topic":"/waymark/order","encoding":"json"}]})");
   for (const std::string word : {"stop", "go", "quit", "script", "teach"}) {
     const std::string bytes = std::string("\x01\x01\x00\x00\x00", 5) + R"({"data":")" + word + "\"}";
-    hub_.hear_binary(studio, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, now_);
+    hub_.receive_binary(studio, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, now_);
     EXPECT_EQ(stops(), word == "stop") << word;
   }
   EXPECT_EQ(hub_.holder(), holder) << "a stop does not take control";
@@ -300,7 +300,7 @@ TEST_F(Hub, ASilentFoxgloveLosesControlWithAnOpenSocket) {
   const std::string twist =
       std::string("\x01\x01\x00\x00\x00", 5) + R"({"linear":{"x":0.3},"angular":{"z":0}})";
   for (int i = 0; i < 10; ++i) {
-    hub_.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
+    hub_.receive_binary(id, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
     pass(0.5);
   }
   EXPECT_EQ(feed_.control(), Control::Held) << "publishing keeps control";
@@ -340,7 +340,7 @@ TEST_F(Hub, InvalidMessagesAreAnsweredAndBounded) {
   const auto id = join(kPageProtocol);
   for (int i = 0; i < 5000; ++i) {
     send(id, "nonsense");
-    hub_.hear_binary(id, {}, now_);
+    hub_.receive_binary(id, {}, now_);
   }
   EXPECT_LE(output_of(id).texts.size(), Outbox::kMaxFrames);
   EXPECT_FALSE(hub_.lost(id));

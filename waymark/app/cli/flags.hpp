@@ -310,7 +310,7 @@ void add_field(CLI::App& app, Value& value, const JobField& field) {
   } else {
     option = app.add_option(names_of(field), value, sentence);
     option->type_name(type_of(field));
-    if (value != Value{} && !field.has_no_usual) option->capture_default_str();
+    if (value != Value{} && !field.has_no_default) option->capture_default_str();
     using Number = std::conditional_t<std::is_integral_v<Value>, int, double>;
     if (std::isfinite(field.min) && std::isfinite(field.max))
       between(static_cast<Number>(field.min), static_cast<Number>(field.max))(*option);

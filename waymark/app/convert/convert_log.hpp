@@ -36,8 +36,9 @@ struct ConvertJob {
     visit(self.storage,
           JobField("storage NAME",
                    "Storage of `format=rosbag2`: sqlite3 (usual in Humble) or mcap (usual in Jazzy)"));
-    visit(self.topics,
-          JobField("topics A,B", "Only these topics, with commas between them").also("topic").by_commas());
+    visit(self.topics, JobField("topics A,B", "Only these topics, with commas between them")
+                           .also("topic")
+                           .comma_separated());
     visit(
         self.from,
         JobField("from T", "Begin of the interval [s]: after the start, or with @ on the recording's clock"));

@@ -45,12 +45,12 @@ struct LogPart {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.topics,
           JobField("topics TOPIC,…", "Only these topics, with commas between them. Unless given: all")
-              .by_commas());
+              .comma_separated());
     visit(self.from_s,
           JobField("from SECONDS", "Begin this many seconds after the first message").usually("0"));
     visit(self.to_s,
           JobField("to SECONDS", "End this many seconds after the first message. Unless given: with the file")
-              .without_usual());
+              .without_default());
   }
 };
 /// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no

@@ -39,7 +39,7 @@ struct DoctorJob {
           JobField("tag_size_m FLOAT", "Nominal side of the black square of that tag", 0.001, 10.0)
               .needs("tag_at_m"));
     visit(self.tag.families,
-          JobField("family NAME", "Possible families of the tag").by_commas().needs("tag_at_m"));
+          JobField("family NAME", "Possible families of the tag").comma_separated().needs("tag_at_m"));
     visit(self.map, JobField("map FILE",
                              "Map whose tags should be in view of these cameras, map.yaml or its folder: "
                              "reports tags that are missed, and why")

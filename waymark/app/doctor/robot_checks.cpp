@@ -104,7 +104,7 @@ namespace {
 
 constexpr const char* kHowTo = "docs/howto/limo.md";
 
-DoctorLine check_frames(const std::string& port, const LimoHeard& heard) {
+DoctorLine check_frames(const std::string& port, const LimoPortActivity& heard) {
   constexpr double kLeastRateHz = 20;
   if (heard.bytes == 0)
     return {"robot", DoctorLevel::Fail,
@@ -129,7 +129,7 @@ DoctorLine check_battery(const LimoState& state) {
 }
 
 DoctorLine check_errors(const LimoState& state) {
-  std::vector<std::string> words = error_words(state.errors);
+  std::vector<std::string> words = limo_error_texts(state.errors);
   if (state.vehicle == LimoState::Vehicle::EmergencyStop) words.emplace_back("emergency stop");
   if (state.vehicle == LimoState::Vehicle::Exception) words.emplace_back("exception");
   if (words.empty()) return {"errors", DoctorLevel::Ok, "LIMO reports no errors", ""};
@@ -148,7 +148,7 @@ DoctorLine check_drive(const LimoState& state) {
 }
 
 /// The lines for the received data.
-std::vector<DoctorLine> limo_lines(const std::string& port, const LimoHeard& heard) {
+std::vector<DoctorLine> limo_lines(const std::string& port, const LimoPortActivity& heard) {
   std::vector<DoctorLine> lines = {check_frames(port, heard)};
   if (heard.frames == 0) return lines;
   if (!heard.state) {
@@ -407,7 +407,7 @@ Result<NetworkHeard> listen_to_gazebo(GazeboLink& link, const GazeboProfile& pro
   if (!publishers.empty())
     heard.driver = heard.silent_names = fmt::format("at {}", fmt::join(publishers, ", "));
   heard.silent_publishers = static_cast<int>(publishers.size());
-  if (heard.odometries == 0) heard.there = link.where() + "; " + topics_in_words(link.topics());
+  if (heard.odometries == 0) heard.there = link.where() + "; " + topic_list_text(link.topics());
   return heard;
 }
 

@@ -52,9 +52,8 @@ struct EvaluateTrajectoryJob {
                                   "beside EST, started at the same pose"));
     visit(self.from_s,
           JobField("from S", "Begin of the evaluated interval, in seconds from the start of EST"));
-    visit(
-        self.to_s,
-        JobField("to S", "End of the evaluated interval, in seconds from the start of EST").without_usual());
+    visit(self.to_s, JobField("to S", "End of the evaluated interval, in seconds from the start of EST")
+                         .without_default());
     visit(self.time_offset_s,
           JobField("time_offset_s NUMBER", "Clock offset that is added to the stamps of REF").usually("0"));
     visit(self.figures,

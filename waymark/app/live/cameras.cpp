@@ -79,7 +79,7 @@ std::string mode_text(const CameraMode& mode) {
   for (const double rate : mode.rates_hz) rates.push_back(fmt::format("{:.4g}", rate));
   return fmt::format("  {:<5} {:>5} x {:<5} {}{}{}\n", mode.format, mode.width, mode.height,
                      mode.largest
-                         ? fmt::format("and any size down to {} x {} ", mode.least_width, mode.least_height)
+                         ? fmt::format("and any size down to {} x {} ", mode.min_width, mode.min_height)
                          : std::string(),
                      rates.empty() ? "" : fmt::format("{} Hz", fmt::join(rates, ", ")),
                      mode.readable ? "" : "  (not supported by waymark)");
@@ -130,9 +130,9 @@ ReportFields fields(const CameraMode& mode) {
           {"height_px", "Height; the largest one if the device supports any size", mode.height},
           {"rates_hz", "Frame rates, highest first; empty: not reported by the driver", mode.rates_hz},
           {"least_width_px", "Smallest width, only if the device supports any size",
-           if_any(of_largest(mode.least_width))},
+           if_any(of_largest(mode.min_width))},
           {"least_height_px", "Smallest height, only if the device supports any size",
-           if_any(of_largest(mode.least_height))}};
+           if_any(of_largest(mode.min_height))}};
 }
 
 ReportFields fields(const CameraControl& control) {

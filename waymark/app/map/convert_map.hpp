@@ -38,7 +38,8 @@ struct ConvertMapJob {
     visit(self.output, JobField("output OUTPUT", "The file to write").input().required());
     visit(self.tag_size_m,
           JobField("tag_size_m NUMBER", "Side of the black square of tags whose file does not say it"));
-    visit(self.remove, JobField("remove TAGS", "Tags to exclude, such as 3,7 or tag36h11:3").by_commas());
+    visit(self.remove,
+          JobField("remove TAGS", "Tags to exclude, such as 3,7 or tag36h11:3").comma_separated());
     visit(self.force, JobField("force", "Replace a file that is there"));
   }
 };

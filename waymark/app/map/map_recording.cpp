@@ -507,7 +507,7 @@ ReportFields rejected_by_tag(const BundleFigures& bundle, const std::map<TagId, 
     ReportFields of_tag = {{"used", "Observations in use", in_use == used.end() ? 0 : in_use->second}};
     for (std::size_t i = 0; i < counts.size(); ++i) {
       if (counts[i] > 0)
-        of_tag.push_back({to_string(static_cast<LeftOutReason>(i)), "Rejected observations", counts[i]});
+        of_tag.push_back({to_string(static_cast<RejectionReason>(i)), "Rejected observations", counts[i]});
     }
     by_tag.push_back({to_string(tag), "Observations of this tag", std::move(of_tag)});
   }
@@ -524,7 +524,7 @@ struct MountingOffset {
 ReportFields fields(const MountingOffset& offset) {
   return {{"off", "Estimate minus the value of the robot's file", offset.off},
           {"sigma", "Standard deviation of the estimate", offset.sigma},
-          {"told", "Whether the lap determines this number", offset.observable}};
+          {"observable", "Whether the lap determines this number", offset.observable}};
 }
 
 struct MountingOffsets {

@@ -6,7 +6,7 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode gazebo_robot(const GazeboRobotWords& args, Console& console) {
+ExitCode gazebo_robot(const GazeboRobotSettings& args, Console& console) {
   const auto profile = find_gazebo_profile(args.profile);
   if (!profile) return fail_usage(profile.error(), console);
   const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);

@@ -6,7 +6,7 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode limo_robot(const LimoRobotWords& args, Console& console) {
+ExitCode limo_robot(const LimoRobotSettings& args, Console& console) {
   const auto robot = read_named_robot(args.robot_file);
   if (!robot) return fail_usage(robot.error(), console);
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);

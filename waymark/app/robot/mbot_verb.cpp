@@ -6,7 +6,7 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode mbot_robot(const MbotRobotWords& args, Console& console) {
+ExitCode mbot_robot(const MbotRobotSettings& args, Console& console) {
   const auto address = lcm_address(args.address);
   if (!address) return fail_usage(address.error(), console);
   const auto robot = read_named_robot(args.robot_file);

@@ -7,9 +7,9 @@
 namespace waymark::cli {
 namespace {
 
-struct Ros2RobotArgs : Ros2RobotWords {
+struct Ros2RobotArgs : Ros2RobotSettings {
   explicit Ros2RobotArgs(CLI::App& app) : network(app) {
-    add_fields(app, static_cast<Ros2RobotWords&>(*this));
+    add_fields(app, static_cast<Ros2RobotSettings&>(*this));
   }
 
   Ros2Flags network;

@@ -31,7 +31,8 @@ struct ImportWorldJob {
     visit(self.folders, JobField("models FOLDER",
                                  "Folder in which model:// and pictures are looked for first (repeatable). "
                                  "Then: beside the file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH"));
-    visit(self.families, JobField("family NAME", "Tag families to look for in the pictures").by_commas());
+    visit(self.families,
+          JobField("family NAME", "Tag families to look for in the pictures").comma_separated());
     visit(self.path,
           JobField("path FILE",
                    "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive"));

@@ -320,7 +320,7 @@ std::optional<TakenPicture> CaptureThread::take(Duration timeout) {
   return std::exchange(newest_, std::nullopt);
 }
 
-std::optional<std::string> CaptureThread::take_words() {
+std::optional<std::string> CaptureThread::take_reports() {
   const std::scoped_lock hold(mutex_);
   if (reports_.empty()) return std::nullopt;
   std::string oldest = std::move(reports_.front());

@@ -93,7 +93,7 @@ class CaptureThread {
 
   /// Waits for an image, a report, or the end. The caller must give the image's buffer back.
   [[nodiscard]] std::optional<TakenPicture> take(Duration timeout);
-  [[nodiscard]] std::optional<std::string> take_words();
+  [[nodiscard]] std::optional<std::string> take_reports();
   [[nodiscard]] bool more() const;
   /// The error that ended the stream; empty while it runs.
   [[nodiscard]] std::optional<Error> ended() const;

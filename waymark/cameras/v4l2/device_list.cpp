@@ -156,8 +156,8 @@ void read_sizes(int device, std::uint32_t fourcc, std::vector<CameraMode>& modes
     if (one) {
       mode.rates_hz = read_rates(device, fourcc, mode.width, mode.height);
     } else {
-      mode.least_width = static_cast<int>(entry.stepwise.min_width);
-      mode.least_height = static_cast<int>(entry.stepwise.min_height);
+      mode.min_width = static_cast<int>(entry.stepwise.min_width);
+      mode.min_height = static_cast<int>(entry.stepwise.min_height);
     }
     modes.push_back(std::move(mode));
     if (!one) break;
@@ -195,8 +195,8 @@ bool may_read(const CameraMode& mode, const V4l2Options& options) {
 /// The mode's size nearest to the wanted one.
 std::pair<int, int> nearest_size(const CameraMode& mode, std::pair<int, int> wanted) {
   if (!mode.largest) return {mode.width, mode.height};
-  return {std::clamp(wanted.first, std::min(mode.least_width, mode.width), mode.width),
-          std::clamp(wanted.second, std::min(mode.least_height, mode.height), mode.height)};
+  return {std::clamp(wanted.first, std::min(mode.min_width, mode.width), mode.width),
+          std::clamp(wanted.second, std::min(mode.min_height, mode.height), mode.height)};
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ struct CameraMode {
   int height = 0;                  ///< [px]
   std::vector<double> rates_hz{};  ///< highest first; empty if the driver does not report them
   bool largest = false;            ///< any size from the minimum to this one, as with bridges and vivid
-  int least_width = 0;             ///< [px]; if `largest`
-  int least_height = 0;            ///< [px]; if `largest`
+  int min_width = 0;               ///< [px]; if `largest`
+  int min_height = 0;              ///< [px]; if `largest`
 };
 
 /// A device that delivers images, or one that could not be queried.

@@ -42,18 +42,8 @@ TEST(V4l2Camera, ListsDevicesWithTheirModes) {
 TEST(V4l2Modes, ADeviceOfAnySizeHasTheRequestedOrTheCurrentSize) {
   const std::vector<CameraMode> modes = {
       {.format = "BGR3", .readable = false, .width = 4096, .height = 2160, .largest = true},
-      {.format = "YUYV",
-       .width = 4096,
-       .height = 2160,
-       .largest = true,
-       .least_width = 16,
-       .least_height = 16},
-      {.format = "GREY",
-       .width = 4096,
-       .height = 2160,
-       .largest = true,
-       .least_width = 16,
-       .least_height = 16}};
+      {.format = "YUYV", .width = 4096, .height = 2160, .largest = true, .min_width = 16, .min_height = 16},
+      {.format = "GREY", .width = 4096, .height = 2160, .largest = true, .min_width = 16, .min_height = 16}};
   const internal::WantedMode now{.width = 1280, .height = 720};
   const auto as_now = internal::choose_mode(modes, {}, now);
   ASSERT_TRUE(as_now) << to_string(as_now.error());
@@ -70,15 +60,11 @@ TEST(V4l2Modes, ADeviceOfAnySizeHasTheRequestedOrTheCurrentSize) {
 
 // A webcam whose current uncompressed size does not exist in the requested format.
 TEST(V4l2Modes, WithoutASizeChoosesTheNearestOfTheFormat) {
-  const std::vector<CameraMode> modes = {{.format = "YUYV", .width = 640, .height = 480, .rates_hz = {30}},
-                                         {.format = "MJPG", .width = 1920, .height = 1080, .rates_hz = {30}},
-                                         {.format = "MJPG", .width = 800, .height = 600, .rates_hz = {15}},
-                                         {.format = "GREY",
-                                          .width = 4096,
-                                          .height = 2160,
-                                          .largest = true,
-                                          .least_width = 16,
-                                          .least_height = 16}};
+  const std::vector<CameraMode> modes = {
+      {.format = "YUYV", .width = 640, .height = 480, .rates_hz = {30}},
+      {.format = "MJPG", .width = 1920, .height = 1080, .rates_hz = {30}},
+      {.format = "MJPG", .width = 800, .height = 600, .rates_hz = {15}},
+      {.format = "GREY", .width = 4096, .height = 2160, .largest = true, .min_width = 16, .min_height = 16}};
   const internal::WantedMode now{.width = 640, .height = 480};
   const auto chosen = [&](const V4l2Options& options, const internal::WantedMode& size) {
     const auto mode = internal::choose_mode(modes, options, size);

@@ -113,7 +113,7 @@ PictureStamps::Stamped PictureStamps::add(std::optional<Duration> driver, bool s
   return {last_, fault == nullptr};
 }
 
-std::optional<std::string> PictureStamps::take_words() { return std::exchange(report_, std::nullopt); }
+std::optional<std::string> PictureStamps::take_reports() { return std::exchange(report_, std::nullopt); }
 
 namespace {
 

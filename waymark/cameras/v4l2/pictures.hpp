@@ -54,7 +54,7 @@ class PictureStamps {
   [[nodiscard]] Stamped add(std::optional<Duration> driver, bool start_of_exposure,
                             std::optional<Duration> exposure, Duration arrived);
   /// The reason why the driver's stamps cannot be used; reported once.
-  [[nodiscard]] std::optional<std::string> take_words();
+  [[nodiscard]] std::optional<std::string> take_reports();
 
  private:
   [[nodiscard]] const char* fault_of(const std::optional<Duration>& driver, Duration arrived) const;

@@ -32,7 +32,7 @@ TEST(PictureStamps, AreAtTheMiddleOfTheExposureForStampsOfStartAndEnd) {
     EXPECT_EQ(by_start.stamp, start + exposure / 2);
     EXPECT_EQ(by_end.stamp, by_start.stamp);
   }
-  EXPECT_FALSE(begins.take_words() || ends.take_words());
+  EXPECT_FALSE(begins.take_reports() || ends.take_reports());
 }
 
 // For any driver stamps, the stamps increase and are not later than the arrival.
@@ -62,8 +62,8 @@ TEST(PictureStamps, ReplaceInvalidStampsByTheArrivalAndReportOnce) {
     EXPECT_FALSE(stamped.driver);
     EXPECT_EQ(stamped.stamp, seconds(50));
     (void)stamps.add(std::nullopt, false, {}, seconds(51));
-    std::string report = stamps.take_words().value_or("");
-    EXPECT_FALSE(stamps.take_words());
+    std::string report = stamps.take_reports().value_or("");
+    EXPECT_FALSE(stamps.take_reports());
     testing::expect_on_page("cameras", report);
     return report;
   };

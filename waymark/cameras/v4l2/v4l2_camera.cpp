@@ -91,7 +91,7 @@ std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPictur
       buffer.damaged ? Result<Image>(fail(ErrorCode::Unreadable, "reported as incomplete by the driver"))
                      : to_grey(buffer.bytes, picture.stream->layout());
   picture.stream->give_back(buffer.index);
-  report_if(stamps.take_words());
+  report_if(stamps.take_reports());
   if (!image) {
     note_damaged(image.error().message, picture.arrived);
     return std::nullopt;
@@ -103,7 +103,7 @@ std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPictur
 }
 
 std::optional<std::string> V4l2Camera::Impl::next_report() {
-  if (reports.empty()) return thread.take_words();
+  if (reports.empty()) return thread.take_reports();
   std::string first = std::move(reports.front());
   reports.pop_front();
   return first;

@@ -207,9 +207,9 @@ TEST(LapLaws, OutliersAreRejectedAndCountedByTag) {
   }
   ASSERT_GT(count, 2);
   const BundleMap map = mapped(torn);
-  const auto left_out = left_out_by_tag(torn, map);
+  const auto left_out = rejections_by_tag(torn, map);
   ASSERT_TRUE(left_out.contains(which));
-  const LeftOutCounts& counts = left_out.at(which);
+  const RejectionCounts& counts = left_out.at(which);
   EXPECT_GE(counts[0] + counts[1] + counts[2] + counts[3], count);
   EXPECT_LT(worst_m(house, map), 0.08);
 }

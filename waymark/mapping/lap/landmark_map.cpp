@@ -69,7 +69,7 @@ void add_motions(const KeyFrames& keys, const LandmarkMapOptions& options, Landm
 /// Initial positions of points: the median of their positions according to odometry.
 std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFrames& keys,
                               const LandmarkMapOptions& options, LandmarkProblem& problem,
-                              std::vector<TagId>& hardly_seen) {
+                              std::vector<TagId>& rarely_observed) {
   std::map<TagId, std::vector<PointObservation>> by_tag;
   for (std::size_t k = 0; k < keys.index.size(); ++k) {
     for (const SeenPoint& seen : frames[keys.index[k]].points) {
@@ -80,7 +80,7 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
   std::vector<TagId> ids;
   for (auto& [tag, observations] : by_tag) {
     if (std::ssize(observations) < options.least_observations) {
-      hardly_seen.push_back(tag);
+      rarely_observed.push_back(tag);
       continue;
     }
     std::vector<double> x;
@@ -186,7 +186,7 @@ Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
   problem.scales_sigma = {options.distance_scale_sigma, options.yaw_scale_sigma};
   problem.mounting_sigma = {options.mounting_sigma_m, options.mounting_sigma_m, options.mounting_sigma_rad};
   add_motions(keys, options, problem);
-  const std::vector<TagId> ids = add_points(frames, keys, options, problem, map.hardly_seen);
+  const std::vector<TagId> ids = add_points(frames, keys, options, problem, map.rarely_observed);
   if (ids.empty())
     return fail(
         ErrorCode::NotFound,

@@ -83,7 +83,7 @@ struct LandmarkMap {
   OdometryScales scales_sigma{0, 0};
   SE2 base_X_assumed{};  ///< offset of the sensor from its assumed mounting
   Eigen::Vector3d mounting_sigma = Eigen::Vector3d::Zero();  ///< of its x, y [m], yaw [rad]
-  std::vector<TagId> hardly_seen{};
+  std::vector<TagId> rarely_observed{};
   int iterations = 0;
   bool converged = false;
   double rms_m = 0;  ///< of the observations in use

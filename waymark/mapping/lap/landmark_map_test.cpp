@@ -103,7 +103,7 @@ TEST(LandmarkMap, WrongIdsAreRejected) {
   const auto map = map_landmarks(d.frames, d.odometry);
   ASSERT_TRUE(map);
   for (const auto& [id, point] : map->points) EXPECT_LT((point.map_p - d.truth.at(id)).norm(), 0.02);
-  EXPECT_EQ(map->hardly_seen, std::vector{tag(77)});
+  EXPECT_EQ(map->rarely_observed, std::vector{tag(77)});
 }
 
 TEST(LandmarkMap, ReportsMissingOdometryOrObservations) {

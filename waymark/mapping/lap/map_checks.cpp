@@ -275,13 +275,13 @@ std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
 namespace {
 
 using internal::vote_for_place;
-using Reason = LeftOutReason;
+using Reason = RejectionReason;
 
-constexpr std::array<const char*, kLeftOutReasons> kOfMany = {
+constexpr std::array<const char*, kRejectionReasons> kOfMany = {
     "{} put the tag elsewhere (a misread id or a moved tag)", "{} match the other pose of the tag",
     "{} have inaccurate corners", "{} give no pose"};
-constexpr std::array<const char*, kLeftOutReasons> kOfOne = {"{} elsewhere", "{} as the other pose",
-                                                             "{} inaccurate", "{} without a pose"};
+constexpr std::array<const char*, kRejectionReasons> kOfOne = {"{} elsewhere", "{} as the other pose",
+                                                               "{} inaccurate", "{} without a pose"};
 
 Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
   if (vote.empty()) return Reason::NoPose;
@@ -307,9 +307,10 @@ Reason reason_of(const RejectedObservation& observation, const LapInput& lap, co
   return reason;
 }
 
-int sum(const LeftOutCounts& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
+int sum(const RejectionCounts& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
 
-std::string describe(const LeftOutCounts& counts, const std::array<const char*, kLeftOutReasons>& reasons) {
+std::string describe(const RejectionCounts& counts,
+                     const std::array<const char*, kRejectionReasons>& reasons) {
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] > 0) warnings.push_back(fmt::format(fmt::runtime(reasons[i]), counts[i]));
@@ -318,9 +319,9 @@ std::string describe(const LeftOutCounts& counts, const std::array<const char*, 
 }
 
 /// "tag36h11:7 (14 of 90: 12 elsewhere, 2 inaccurate)", the tags with most rejections.
-std::string worst_tags(const std::map<TagId, LeftOutCounts>& left_out, const BundleMap& map) {
+std::string worst_tags(const std::map<TagId, RejectionCounts>& left_out, const BundleMap& map) {
   constexpr std::size_t kMaxNamed = 3;
-  std::vector<std::pair<TagId, LeftOutCounts>> tags(left_out.begin(), left_out.end());
+  std::vector<std::pair<TagId, RejectionCounts>> tags(left_out.begin(), left_out.end());
   std::ranges::stable_sort(tags, std::greater<>{}, [](const auto& tag) { return sum(tag.second); });
   tags.resize(std::min(tags.size(), kMaxNamed));
   std::vector<std::string> warnings;
@@ -335,14 +336,14 @@ std::string worst_tags(const std::map<TagId, LeftOutCounts>& left_out, const Bun
 
 }  // namespace
 
-const char* to_string(LeftOutReason reason) {
-  constexpr std::array<const char*, kLeftOutReasons> kNames = {"elsewhere", "other_pose", "inexact_corners",
-                                                               "no_pose"};
+const char* to_string(RejectionReason reason) {
+  constexpr std::array<const char*, kRejectionReasons> kNames = {"elsewhere", "other_pose", "inexact_corners",
+                                                                 "no_pose"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 
-std::map<TagId, LeftOutCounts> left_out_by_tag(const LapInput& lap, const BundleMap& map) {
-  std::map<TagId, LeftOutCounts> left_out;
+std::map<TagId, RejectionCounts> rejections_by_tag(const LapInput& lap, const BundleMap& map) {
+  std::map<TagId, RejectionCounts> left_out;
   for (const RejectedObservation& observation : map.rejected)
     ++left_out[observation.tag][static_cast<std::size_t>(reason_of(observation, lap, map))];
   return left_out;
@@ -355,8 +356,8 @@ void internal::check_observations(const LapInput& lap, const BundleMap& map,
   const int all = used + static_cast<int>(map.rejected.size());
   constexpr double kMinReportedShare = 0.03;
   if (all == 0 || static_cast<double>(map.rejected.size()) < kMinReportedShare * all) return;
-  const std::map<TagId, LeftOutCounts> left_out = left_out_by_tag(lap, map);
-  LeftOutCounts over_the_lap{};
+  const std::map<TagId, RejectionCounts> left_out = rejections_by_tag(lap, map);
+  RejectionCounts over_the_lap{};
   for (const auto& [tag, counts] : left_out) {
     for (std::size_t i = 0; i < counts.size(); ++i) over_the_lap[i] += counts[i];
   }

@@ -32,17 +32,17 @@ struct SecondPlace {
 [[nodiscard]] std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map);
 
 /// Why an observation was rejected, the strongest reason first.
-enum class LeftOutReason : std::uint8_t { Elsewhere, OtherPose, Inexact, NoPose };
-constexpr std::size_t kLeftOutReasons = 4;
+enum class RejectionReason : std::uint8_t { Elsewhere, OtherPose, Inexact, NoPose };
+constexpr std::size_t kRejectionReasons = 4;
 
 /// Number of rejections for each reason.
-using LeftOutCounts = std::array<int, kLeftOutReasons>;
+using RejectionCounts = std::array<int, kRejectionReasons>;
 
 /// Rejected observations by tag and reason. O(rejected observations).
-[[nodiscard]] std::map<TagId, LeftOutCounts> left_out_by_tag(const LapInput& lap, const BundleMap& map);
+[[nodiscard]] std::map<TagId, RejectionCounts> rejections_by_tag(const LapInput& lap, const BundleMap& map);
 
 /// Name of a reason in reports: elsewhere, other_pose, inexact_corners, no_pose.
-[[nodiscard]] const char* to_string(LeftOutReason reason);
+[[nodiscard]] const char* to_string(RejectionReason reason);
 
 /// Error of a closed loop: before, from odometry alone; after, in the map.
 struct LoopClosure {

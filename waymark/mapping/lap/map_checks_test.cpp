@@ -179,15 +179,15 @@ TagDetection& seen_in(RingDrive& drive, std::size_t frame = kFrame) {
   return drive.lap.frames[frame].detections.front();
 }
 
-LeftOutCounts counts_of(const RingDrive& drive, const TagId& tag) {
+RejectionCounts counts_of(const RingDrive& drive, const TagId& tag) {
   BundleMap map = true_map(drive);
   test::reject(drive, tag, kFrame, kFrame + 1, map);
-  return left_out_by_tag(drive.lap, map).at(tag);
+  return rejections_by_tag(drive.lap, map).at(tag);
 }
 
 TEST(LeftOut, AnObservationNearItsTagHasInexactCorners) {
   RingDrive drive = drive_ring();
-  EXPECT_EQ(counts_of(drive, seen_in(drive).tag), (LeftOutCounts{0, 0, 1, 0}));
+  EXPECT_EQ(counts_of(drive, seen_in(drive).tag), (RejectionCounts{0, 0, 1, 0}));
 }
 
 TEST(LeftOut, AnotherTagWithThisIdIsElsewhere) {
@@ -195,25 +195,25 @@ TEST(LeftOut, AnotherTagWithThisIdIsElsewhere) {
   auto& detections = drive.lap.frames[kFrame].detections;
   ASSERT_GE(detections.size(), 2U);
   std::swap(detections[0].tag, detections[1].tag);
-  EXPECT_EQ(counts_of(drive, detections[0].tag), (LeftOutCounts{1, 0, 0, 0}));
+  EXPECT_EQ(counts_of(drive, detections[0].tag), (RejectionCounts{1, 0, 0, 0}));
 }
 
 TEST(LeftOut, AnIdThatIsNotInTheMapIsElsewhere) {
   RingDrive drive = drive_ring();
   seen_in(drive).tag = ring_tag(99);
-  EXPECT_EQ(counts_of(drive, ring_tag(99)), (LeftOutCounts{1, 0, 0, 0}));
+  EXPECT_EQ(counts_of(drive, ring_tag(99)), (RejectionCounts{1, 0, 0, 0}));
 }
 
 TEST(LeftOut, DegenerateCornersAndUnplacedFramesGiveNoPose) {
   RingDrive drive = drive_ring();
   TagDetection& seen = seen_in(drive);
   seen.corners_px[1] = seen.corners_px[2] = seen.corners_px[0];
-  EXPECT_EQ(counts_of(drive, seen.tag), (LeftOutCounts{0, 0, 0, 1}));
+  EXPECT_EQ(counts_of(drive, seen.tag), (RejectionCounts{0, 0, 0, 1}));
   RingDrive lost = drive_ring();
   BundleMap map = true_map(lost);
   test::reject(lost, seen_in(lost).tag, kFrame, kFrame + 1, map);
   map.trajectory.erase(map.trajectory.begin() + kFrame);
-  EXPECT_EQ(left_out_by_tag(lost.lap, map).at(seen_in(lost).tag), (LeftOutCounts{0, 0, 0, 1}));
+  EXPECT_EQ(rejections_by_tag(lost.lap, map).at(seen_in(lost).tag), (RejectionCounts{0, 0, 0, 1}));
 }
 
 TEST(LeftOut, DistinguishesTheOtherPoseFromAMovedTag) {
@@ -230,8 +230,8 @@ TEST(LeftOut, DistinguishesTheOtherPoseFromAMovedTag) {
   EXPECT_LT((of_tag->cam_T_tag.translation() - cam_T_tag.translation()).norm(), 0.01);
   map.map.tags.at(tag).map_T_tag = map_T_cam * of_tag->other->cam_T_tag;
   test::reject(drive, tag, kFrame, kFrame + 1, map);
-  const LeftOutCounts counts = left_out_by_tag(drive.lap, map).at(tag);
-  EXPECT_EQ(counts[static_cast<std::size_t>(LeftOutReason::OtherPose)], 1);
+  const RejectionCounts counts = rejections_by_tag(drive.lap, map).at(tag);
+  EXPECT_EQ(counts[static_cast<std::size_t>(RejectionReason::OtherPose)], 1);
 }
 
 TEST(LeftOut, ForADuplicateIdInAFrameTheWorseOneIsRejected) {
@@ -241,13 +241,13 @@ TEST(LeftOut, ForADuplicateIdInAFrameTheWorseOneIsRejected) {
   detections[1].tag = detections[0].tag;
   BundleMap map = true_map(drive);
   map.rejected.push_back({drive.lap.frames[kFrame].stamp, detections[0].tag, 1e6});
-  EXPECT_EQ(left_out_by_tag(drive.lap, map).at(detections[0].tag), (LeftOutCounts{1, 0, 0, 0}));
+  EXPECT_EQ(rejections_by_tag(drive.lap, map).at(detections[0].tag), (RejectionCounts{1, 0, 0, 0}));
 }
 
 TEST(LeftOut, EveryReasonHasAName) {
   const std::vector<std::string> warnings = {"elsewhere", "other_pose", "inexact_corners", "no_pose"};
-  for (std::size_t i = 0; i < kLeftOutReasons; ++i)
-    EXPECT_EQ(to_string(static_cast<LeftOutReason>(i)), warnings[i]);
+  for (std::size_t i = 0; i < kRejectionReasons; ++i)
+    EXPECT_EQ(to_string(static_cast<RejectionReason>(i)), warnings[i]);
 }
 
 TEST(LeftOut, ManyAreReportedWithTheTagsThatHaveMost) {

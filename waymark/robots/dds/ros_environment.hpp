@@ -48,7 +48,7 @@ struct RosPlace {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.domain, JobField("domain INTEGER", "ROS 2 domain; unless given: ROS_DOMAIN_ID, or 0", 0, 232)
-                           .without_usual());
+                           .without_default());
     visit(self.localhost, JobField("localhost", "Use only this machine, like ROS_LOCALHOST_ONLY=1"));
     visit(self.interface,
           JobField("interface NAME", "Only network interface to use: its name or IPv4 address")

@@ -22,7 +22,7 @@ class GazeboBridge {
   [[nodiscard]] std::vector<std::string> receive(const GazeboSubscription& from,
                                                  const GazeboMessage& message);
   /// The messages for the user since the last call, as log lines.
-  [[nodiscard]] std::vector<std::string> take_words() { return lines_.take_words(); }
+  [[nodiscard]] std::vector<std::string> take_reports() { return lines_.take_reports(); }
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
   /// Whether odometry was received.
   [[nodiscard]] bool speaks() const { return lines_.speaks(); }

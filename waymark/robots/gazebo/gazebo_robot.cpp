@@ -70,7 +70,7 @@ class GazeboRobot final : public WireLoop {
   }
   bool must_hold(Duration now) const override { return watch_.silent(now); }
   std::vector<std::string> silence_reports(Duration now) override {
-    return {watch_.take_words(now, !listens())};
+    return {watch_.take_reports(now, !listens())};
   }
 
   void receive(const GazeboMessage& message) {
@@ -84,7 +84,7 @@ class GazeboRobot final : public WireLoop {
     if (bridge_.speaks()) senders_.on_robot_message(message.arrived);
     if (!greeted()) return;
     output().write(lines);
-    output().write(bridge_.take_words());
+    output().write(bridge_.take_reports());
   }
 
   /// Only after the hello, and not in its turn, because subscribers cannot have found the publisher yet.
@@ -103,7 +103,7 @@ class GazeboRobot final : public WireLoop {
   bool waits() const override { return !senders_.has_robot(); }
 
   NoContact no_contact() override {
-    const std::string found = fmt::format("{}; {}", link_.where(), topics_in_words(link_.topics()));
+    const std::string found = fmt::format("{}; {}", link_.where(), topic_list_text(link_.topics()));
     return {.report = fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, found),
             .gave_up = fail(ErrorCode::NotFound,
                             fmt::format("no odometry on {}; {}", profile_.odometry_topic, found),
@@ -126,7 +126,7 @@ class GazeboRobot final : public WireLoop {
 
 }  // namespace
 
-std::string topics_in_words(const std::vector<GazeboTopic>& topics) {
+std::string topic_list_text(const std::vector<GazeboTopic>& topics) {
   constexpr std::size_t kMaxListed = 30;
   if (topics.empty()) return "found no topics";
   std::string text = "found topics:";

@@ -13,7 +13,7 @@ struct GazeboRobotOptions {
 };
 
 /// User settings of the robot process.
-struct GazeboRobotWords {
+struct GazeboRobotSettings {
   std::string profile{};
   std::string robot_file{};  ///< empty: the profile's
   RobotWireSettings wire{};
@@ -38,6 +38,6 @@ struct GazeboRobotWords {
                                       const GazeboRobotOptions& options = {});
 
 /// A list of the topics and their types for messages, at most 30.
-[[nodiscard]] std::string topics_in_words(const std::vector<GazeboTopic>& topics);
+[[nodiscard]] std::string topic_list_text(const std::vector<GazeboTopic>& topics);
 
 }  // namespace waymark

@@ -9,8 +9,8 @@ namespace waymark {
 namespace {
 
 TEST(GazeboTopics, AreListedWithTheirTypes) {
-  testing::expect_on_page("robots", topics_in_words({}));
-  const std::string two = topics_in_words({{"/a", "ignition.msgs.Pose"}, {"/b", "ignition.msgs.IMU"}});
+  testing::expect_on_page("robots", topic_list_text({}));
+  const std::string two = topic_list_text({{"/a", "ignition.msgs.Pose"}, {"/b", "ignition.msgs.IMU"}});
   EXPECT_NE(two.find("/a [ignition.msgs.Pose], /b [ignition.msgs.IMU]"), std::string::npos) << two;
 }
 

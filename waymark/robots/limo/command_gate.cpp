@@ -32,7 +32,7 @@ void CommandGate::stop(const std::string& why) {
 
 void CommandGate::report_errors(std::uint16_t errors) {
   const auto fresh = static_cast<std::uint16_t>(errors & ~reported_errors_);
-  for (const std::string& text : error_words(fresh)) pending_.push_back("LIMO reports: " + text);
+  for (const std::string& text : limo_error_texts(fresh)) pending_.push_back("LIMO reports: " + text);
   reported_errors_ = errors;
 }
 

@@ -37,7 +37,7 @@ class CommandGate {
   [[nodiscard]] bool has_state() const { return state_.has_value() && motion_received_.has_value(); }
   [[nodiscard]] const std::optional<LimoState>& state() const { return state_; }
   /// The reports since the last call.
-  [[nodiscard]] std::vector<std::string> take_words() { return std::exchange(pending_, {}); }
+  [[nodiscard]] std::vector<std::string> take_reports() { return std::exchange(pending_, {}); }
 
  private:
   void stop(const std::string& why);

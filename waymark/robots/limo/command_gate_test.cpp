@@ -53,7 +53,7 @@ TEST(CommandGate, SendsZeroUntilLimoAcceptsCommands) {
   EXPECT_EQ(robot.steps(3, kDrive), kDrive);
   EXPECT_TRUE(robot.gate.ready());
   EXPECT_FALSE(robot.gate.asks_for_command(robot.now));
-  EXPECT_THAT(robot.gate.take_words(), IsEmpty());
+  EXPECT_THAT(robot.gate.take_reports(), IsEmpty());
 }
 
 TEST(CommandGate, AfterRemoteControlTheDriverMustCommandZeroFirst) {
@@ -62,7 +62,7 @@ TEST(CommandGate, AfterRemoteControlTheDriverMustCommandZeroFirst) {
   robot.state.commanded = false;
   robot.speed_m_s = 0.4;
   EXPECT_EQ(robot.steps(2, kDrive), kZero);
-  EXPECT_THAT(robot.gate.take_words(), ElementsAre(HasSubstr("remote control")));
+  EXPECT_THAT(robot.gate.take_reports(), ElementsAre(HasSubstr("remote control")));
   EXPECT_EQ(robot.steps(100, kZero), kZero);
   EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "an operator drives it";
   robot.speed_m_s = 0;
@@ -83,7 +83,7 @@ TEST(CommandGate, SendsZeroAfterAQuarterOfASecondWithoutMotion) {
   robot.speaks = false;
   EXPECT_EQ(robot.steps(12, kDrive), kDrive);
   EXPECT_EQ(robot.steps(1, kDrive), kZero);
-  EXPECT_THAT(robot.gate.take_words(), ElementsAre(HasSubstr("0.25 s")));
+  EXPECT_THAT(robot.gate.take_reports(), ElementsAre(HasSubstr("0.25 s")));
   robot.speaks = true;
   EXPECT_EQ(robot.step(kDrive), kDrive);
 }
@@ -97,7 +97,7 @@ TEST(CommandGate, SendsZeroInEmergencyStopOnErrorsAndForAnotherDrive) {
     if (what == 2) robot.state.errors = 1U << 4U;
     if (what == 3) robot.state.drive = LimoDrive::Ackermann;
     EXPECT_EQ(robot.steps(2, kDrive), kZero) << what;
-    const auto reports = robot.gate.take_words();
+    const auto reports = robot.gate.take_reports();
     EXPECT_FALSE(reports.empty()) << what;
     for (const std::string& report : reports) testing::expect_on_page("robots", report);
     robot.state = {.commanded = true};
@@ -108,7 +108,7 @@ TEST(CommandGate, SendsZeroInEmergencyStopOnErrorsAndForAnotherDrive) {
   Gate low_battery;
   low_battery.state.errors = 3;
   EXPECT_EQ(low_battery.steps(5, kDrive), kDrive) << "a low battery is only reported";
-  EXPECT_THAT(low_battery.gate.take_words(), ElementsAre(HasSubstr("battery"), HasSubstr("battery")));
+  EXPECT_THAT(low_battery.gate.take_reports(), ElementsAre(HasSubstr("battery"), HasSubstr("battery")));
 }
 
 TEST(CommandGate, IgnoresASingleDamagedFrame) {
@@ -118,7 +118,7 @@ TEST(CommandGate, IgnoresASingleDamagedFrame) {
   EXPECT_EQ(robot.step(kDrive), kDrive);
   robot.state.commanded = true;
   EXPECT_EQ(robot.steps(3, kDrive), kDrive);
-  EXPECT_THAT(robot.gate.take_words(), IsEmpty());
+  EXPECT_THAT(robot.gate.take_reports(), IsEmpty());
 }
 
 TEST(CommandGate, AcceptsMecanumAndTracksForADifferentialRobotFile) {

@@ -245,7 +245,7 @@ VelocityCommand decode_command(const LimoFrame& frame, LimoDrive drive) {
   return {speed_m_s, speed_m_s * curvature_of_steering(kLimoSteeringScale * kMilli * int16_at(frame, 6))};
 }
 
-std::vector<std::string> error_words(std::uint16_t errors) {
+std::vector<std::string> limo_error_texts(std::uint16_t errors) {
   constexpr std::array kTexts = {"the battery is nearly empty",
                                  "the battery is low",
                                  "no signal from the remote control",

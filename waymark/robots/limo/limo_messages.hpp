@@ -132,6 +132,6 @@ struct LimoOdometer {
 /// The bits of LimoState::errors that forbid driving: motors, steering, drive.
 inline constexpr std::uint16_t kLimoStoppingErrors = 0x01F8;
 /// A message per set error bit.
-[[nodiscard]] std::vector<std::string> error_words(std::uint16_t errors);
+[[nodiscard]] std::vector<std::string> limo_error_texts(std::uint16_t errors);
 
 }  // namespace waymark

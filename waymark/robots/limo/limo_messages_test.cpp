@@ -121,8 +121,8 @@ TEST(LimoMessages, RoundTripWithinTheResolution) {
   EXPECT_NEAR(state->battery_V, 11.9, 1e-9);
   EXPECT_EQ(state->drive, LimoDrive::Mecanum);
   EXPECT_EQ(state->errors, 0x0142);
-  EXPECT_EQ(error_words(state->errors).size(), 3U);
-  for (const std::string& text : error_words(0xffff)) testing::expect_on_page("robots", text);
+  EXPECT_EQ(limo_error_texts(state->errors).size(), 3U);
+  for (const std::string& text : limo_error_texts(0xffff)) testing::expect_on_page("robots", text);
   const Eigen::Vector3d attitude = decode_attitude_rad(encode_attitude({-3.1, 0.01, 0.02}));
   EXPECT_NEAR((attitude - Eigen::Vector3d(-3.1, 0.01, 0.02)).norm(), 0, 2e-4);
 }

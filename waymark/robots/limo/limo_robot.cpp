@@ -184,7 +184,7 @@ class LimoRobot final : public WireLoop {
     std::vector<std::string> reports;
     {
       const std::scoped_lock lock(mutex_);
-      reports = gate_.take_words();
+      reports = gate_.take_reports();
     }
     if (listens()) return;  // the reports concern commands
     for (const std::string& report : reports) output().report(report);
@@ -194,7 +194,7 @@ class LimoRobot final : public WireLoop {
   std::vector<std::string> silence_reports(Duration now) override {
     if (!greeted()) return {};
     const Duration silent = now - frame_at_;
-    std::vector<std::string> reports = silence_.take_words(silent);
+    std::vector<std::string> reports = silence_.take_reports(silent);
     if (silent > kMaxFrameGap) return reports;
     const bool has_imu = bridge_.has_imu(SensorTime(now));
     if (had_imu_ && !has_imu)

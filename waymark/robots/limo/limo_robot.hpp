@@ -18,7 +18,7 @@ struct LimoRobotOptions {
 };
 
 /// User settings of LIMO's process.
-struct LimoRobotWords {
+struct LimoRobotSettings {
   LimoRobotOptions options{};  ///< except the drive
   std::string robot_file = "limo";
   std::string drive{};  ///< a name for parse_limo_drive(); empty: of the robot file

@@ -104,12 +104,12 @@ Result<Descriptor> open_serial_port(const std::string& path) {
   return port;
 }
 
-Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
-                                 const std::function<bool()>& cancelled) {
+Result<LimoPortActivity> listen_to_limo(const std::string& port, Duration listen,
+                                        const std::function<bool()>& cancelled) {
   constexpr int kSliceMs = 20;
   const auto opened = open_serial_port(port);
   if (!opened) return tl::unexpected(opened.error());
-  LimoHeard heard;
+  LimoPortActivity heard;
   LimoReader reader;
   std::uint64_t motions = 0;
   std::uint64_t gyros = 0;

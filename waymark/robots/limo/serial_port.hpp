@@ -22,7 +22,7 @@ namespace waymark {
 [[nodiscard]] std::vector<std::string> list_serial_ports();
 
 /// Data received over LIMO's port while nothing was sent.
-struct LimoHeard {
+struct LimoPortActivity {
   std::uint64_t bytes = 0;
   std::uint64_t skipped_bytes = 0;  ///< bytes outside frames
   std::uint64_t frames = 0;
@@ -34,7 +34,7 @@ struct LimoHeard {
 /// Opens the port and listens for the duration `listen`, or until `cancelled` returns true. Sends nothing, so
 /// that a LIMO in use is not disturbed. Errors: of open_serial_port(); Unreadable if the port is
 /// disconnected.
-[[nodiscard]] Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
-                                               const std::function<bool()>& cancelled);
+[[nodiscard]] Result<LimoPortActivity> listen_to_limo(const std::string& port, Duration listen,
+                                                      const std::function<bool()>& cancelled);
 
 }  // namespace waymark

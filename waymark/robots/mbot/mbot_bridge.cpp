@@ -45,7 +45,7 @@ MbotBridge::MbotBridge(const MbotBridgeOptions& options)
   (void)check_.read({.text = to_line(RobotHello{.name = options_.robot})});
 }
 
-std::vector<std::string> MbotBridge::take_words() {
+std::vector<std::string> MbotBridge::take_reports() {
   std::vector<std::string> lines;
   for (std::string& text : std::exchange(pending_, {})) lines.push_back(to_line(RobotLog{std::move(text)}));
   return lines;

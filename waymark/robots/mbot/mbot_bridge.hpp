@@ -11,7 +11,7 @@
 
 #include "waymark/recording/lcm/mbot_samples.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
-#include "waymark/robots/process/drop_words.hpp"
+#include "waymark/robots/process/drop_reports.hpp"
 #include "waymark/robots/process/robot_clock.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
 
@@ -38,7 +38,7 @@ class MbotBridge {
   /// The lines of a message, and of earlier ones that were held back.
   [[nodiscard]] std::vector<std::string> receive(LcmMessage message);
   /// The reports for the user since the last call, as log lines.
-  [[nodiscard]] std::vector<std::string> take_words();
+  [[nodiscard]] std::vector<std::string> take_reports();
   /// Number of dropped messages.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
   /// Whether odometry was received.

@@ -42,7 +42,7 @@ class Wire {
       ASSERT_TRUE(message && *message) << line;
       samples.push_back(std::get<Sample>(**message));
     }
-    for (const std::string& line : bridge.take_words()) reports += line;
+    for (const std::string& line : bridge.take_reports()) reports += line;
   }
   void wait(std::int64_t ms) { now_ms_ += ms; }
   /// The messages of a first-generation (Jetson) publisher in 40 ms.

@@ -107,7 +107,7 @@ class MbotRobot final : public WireLoop {
     (void)link_->publish(kCommandChannel, own_.make(silence() > kSilence ? VelocityCommand{} : command));
   }
   std::vector<std::string> silence_reports(Duration /*now*/) override {
-    return greeted() ? silence_.take_words(silence(), listens()) : std::vector<std::string>();
+    return greeted() ? silence_.take_reports(silence(), listens()) : std::vector<std::string>();
   }
   Status check() override {
     if (greeted() && role() == InputRole::Drives) presence_.publish(*link_, kDriverChannel);
@@ -140,7 +140,7 @@ class MbotRobot final : public WireLoop {
 
   void write_newest() {
     output().write(std::exchange(newest_lines_, {}));
-    output().write(bridge_.take_words());
+    output().write(bridge_.take_reports());
   }
 
   void notice_presence(const LcmMessage& message) {

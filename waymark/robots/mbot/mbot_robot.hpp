@@ -16,7 +16,7 @@ struct MbotRobotOptions {
 };
 
 /// User settings of the robot process.
-struct MbotRobotWords {
+struct MbotRobotSettings {
   std::string address = kLcmDefaultAddress;
   std::string robot_file = "mbot";
   double tag_latency_s = to_seconds(MbotBridgeOptions{}.tag_latency);

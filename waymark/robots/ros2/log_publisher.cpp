@@ -60,7 +60,7 @@ bool is_kept_for_late_joiners(const LogChannel& channel) {
                              [](const OfferedQos& qos) { return qos.durability == kTransientLocal; });
 }
 
-Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, const Bus& bus) {
+Status check_no_other_publisher(const std::vector<LogChannel>& channels, bool commands, const Bus& bus) {
   std::set<std::string> topics;
   std::set<std::string> programs;
   for (const LogChannel& channel : channels) {
@@ -164,7 +164,7 @@ Status LogPublisher::publish_kept(MessageLog& log, const LogSelection& selection
   return {};
 }
 
-std::vector<std::string> LogPublisher::take_words() {
+std::vector<std::string> LogPublisher::take_reports() {
   for (const std::string& reason : mismatches(uses_, bus_.endpoints()))
     if (reported_.insert(reason).second) pending_.push_back(reason);
   return std::exchange(pending_, {});

@@ -16,7 +16,8 @@ namespace waymark {
 /// Fails, with its name, if another program publishes a topic of these channels, because subscribers would
 /// mix both. Topics with usually many publishers (/tf, /diagnostics, ...) are not checked, velocity commands
 /// only if `commands` is set, that is, if they are played.
-[[nodiscard]] Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, const Bus& bus);
+[[nodiscard]] Status check_no_other_publisher(const std::vector<LogChannel>& channels, bool commands,
+                                              const Bus& bus);
 
 /// Whether a topic's last messages are kept for later subscriptions: /tf_static, camera_info, and topics that
 /// were recorded as transient local ("/map", "/robot_description").
@@ -47,7 +48,7 @@ class LogPublisher {
   [[nodiscard]] const std::set<std::string>& passed_over() const { return skipped_; }
   /// The reports for the user since the last call: commands of another type than recorded, mismatched
   /// subscriptions.
-  [[nodiscard]] std::vector<std::string> take_words();
+  [[nodiscard]] std::vector<std::string> take_reports();
 
  private:
   struct Publisher {

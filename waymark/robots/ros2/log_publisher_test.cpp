@@ -61,7 +61,7 @@ TEST(LogPublisher, PublishesCommandsAsTheSubscribedType) {
   ASSERT_TRUE(twist) << to_string(twist.error());
   EXPECT_EQ(twist->linear.x, 0.25);
   EXPECT_EQ(twist->angular.z, -0.5);
-  const auto reports = publisher.take_words();
+  const auto reports = publisher.take_reports();
   ASSERT_EQ(reports.size(), 1U);
   EXPECT_TRUE(reports[0].starts_with("/cmd_vel ")) << reports[0];
   testing::expect_on_page("robots", reports[0]);
@@ -73,14 +73,14 @@ TEST(LogPublisher, PublishesCommandsAsTheSubscribedType) {
   EXPECT_EQ(bus.advertised.back(), "geometry_msgs::msg::dds_::TwistStamped_")
       << "the recorded type, since there is no subscription";
   const LogChannel odometry{.topic = "/odom", .type = std::string(ros2::Odometry::kType), .encoding = "cdr"};
-  const Status alone = nobody_publishes({recorded, odometry}, false, bus);
+  const Status alone = check_no_other_publisher({recorded, odometry}, false, bus);
   ASSERT_FALSE(alone);
   EXPECT_EQ(alone.error().place.source, "ROS 2");
   EXPECT_NE(alone.error().message.find("/odom"), std::string::npos) << alone.error().message;
   EXPECT_NE(alone.error().message.find("teleop"), std::string::npos) << alone.error().message;
   testing::expect_on_page("robots", alone.error());
-  EXPECT_TRUE(nobody_publishes({recorded}, false, bus)) << "commands are not played";
-  EXPECT_FALSE(nobody_publishes({recorded}, true, bus));
+  EXPECT_TRUE(check_no_other_publisher({recorded}, false, bus)) << "commands are not played";
+  EXPECT_FALSE(check_no_other_publisher({recorded}, true, bus));
 }
 
 TEST(LogPublisher, KeepsTransientLocalTopicsForLateJoiners) {

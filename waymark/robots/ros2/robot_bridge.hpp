@@ -27,7 +27,7 @@ class RobotBridge {
   [[nodiscard]] std::vector<std::string> receive(const Ros2Subscription& from,
                                                  std::span<const std::uint8_t> bytes, Duration arrived);
   /// The reports for the user since the last call, as log lines.
-  [[nodiscard]] std::vector<std::string> take_words() { return lines_.take_words(); }
+  [[nodiscard]] std::vector<std::string> take_reports() { return lines_.take_reports(); }
   /// Number of dropped messages.
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
   /// Whether odometry was received.

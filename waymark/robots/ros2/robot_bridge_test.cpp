@@ -65,7 +65,7 @@ TEST(BridgeOfASimulation, UsesItsClock) {
   EXPECT_TRUE(give("/clock", ClockMessage{ros2::to_ros(at_ms(0))}, 16000).empty());
   EXPECT_EQ(bridge.simulated_time(), at_ms(3900)) << "after a restart the time does not go back";
   std::string reports;
-  for (const std::string& line : bridge.take_words()) reports += line;
+  for (const std::string& line : bridge.take_reports()) reports += line;
   EXPECT_NE(reports.find("2.1 s in the future"), std::string::npos) << reports;
   EXPECT_NE(reports.find("3.900 s"), std::string::npos) << reports;
   testing::expect_on_page("robots", reports);
@@ -196,7 +196,7 @@ TEST_F(Bridge, DamagedMessagesGiveValidLinesOrNone) {
       ++passed;
     }
     (void)message_text(from.type, bytes);
-    (void)bridge_.take_words();
+    (void)bridge_.take_reports();
   }
   EXPECT_GT(passed, 0);
   EXPECT_GT(bridge_.dropped(), 1000U);

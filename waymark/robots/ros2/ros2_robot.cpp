@@ -86,7 +86,7 @@ class Ros2Robot final : public WireLoop {
   }
   bool must_hold(Duration now) const override { return profile_.use_sim_time && watch_.silent(now); }
   std::vector<std::string> silence_reports(Duration now) override {
-    return {watch_.take_words(now, !listens())};
+    return {watch_.take_reports(now, !listens())};
   }
 
   void receive(const BusMessage& message) {
@@ -104,7 +104,7 @@ class Ros2Robot final : public WireLoop {
     if (bridge_.speaks()) senders_.on_robot_message(message.arrived);
     if (!greeted()) return;
     output().write(lines);
-    output().write(bridge_.take_words());
+    output().write(bridge_.take_reports());
   }
 
   /// Checks for other programs that begin to command the robot while it is driven.

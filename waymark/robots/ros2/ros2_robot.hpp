@@ -13,7 +13,7 @@ struct Ros2RobotOptions {
 };
 
 /// User settings of the robot process.
-struct Ros2RobotWords {
+struct Ros2RobotSettings {
   std::string profile{};
   std::string robot_file{};  ///< empty: the profile's
   RobotWireSettings wire{};

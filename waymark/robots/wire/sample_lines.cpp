@@ -146,7 +146,7 @@ void SampleLines::report_once(std::string text) {
   if (reported_.insert(text).second) pending_.push_back(std::move(text));
 }
 
-std::vector<std::string> SampleLines::take_words() {
+std::vector<std::string> SampleLines::take_reports() {
   std::vector<std::string> lines;
   for (const std::string& text : std::exchange(pending_, {}))
     lines.push_back(to_line(RobotLog{one_line(text)}));

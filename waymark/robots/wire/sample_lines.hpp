@@ -12,7 +12,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
-#include "waymark/robots/process/drop_words.hpp"
+#include "waymark/robots/process/drop_reports.hpp"
 #include "waymark/robots/process/robot_clock.hpp"
 #include "waymark/robots/process/robot_messages.hpp"
 
@@ -66,7 +66,7 @@ class SampleLines {
   void drop(const std::string& topic, const Error& error);
   void report_once(std::string text);
   /// The messages for the user since the last call, as log lines.
-  [[nodiscard]] std::vector<std::string> take_words();
+  [[nodiscard]] std::vector<std::string> take_reports();
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
   /// Whether a message of the leading topic was accepted.
   [[nodiscard]] bool speaks() const { return gate_.offset().has_value(); }

@@ -96,7 +96,7 @@ TEST(SampleLines, RejectsSamplesThatTheReaderWouldReject) {
 TEST(SampleLines, MessagesMayQuoteInvalidUtf8) {
   SampleLines lines("the network", "limo", {});
   lines.drop("/tf", {ErrorCode::InvalidArgument, "frame '\xFE' has no parent", {}, {}});
-  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("has no parent")));
+  EXPECT_THAT(lines.take_reports(), ElementsAre(HasSubstr("has no parent")));
 }
 
 TEST(SampleLines, CountsAllDropsAndReportsThemLessAndLessOften) {
@@ -106,10 +106,10 @@ TEST(SampleLines, CountsAllDropsAndReportsThemLessAndLessOften) {
   lines.drop("/odom", {ErrorCode::InvalidArgument, "its stamp is zero", {}, {}});
   EXPECT_EQ(lines.dropped(), 1001U);
   // The 1st, 3rd, 10th, 30th, 100th, 300th and 1000th of /imu, and one of /odom.
-  EXPECT_THAT(lines.take_words(), SizeIs(7 + 1));
-  EXPECT_THAT(lines.take_words(), SizeIs(0));
+  EXPECT_THAT(lines.take_reports(), SizeIs(7 + 1));
+  EXPECT_THAT(lines.take_reports(), SizeIs(0));
   for (int i = 0; i < 3; ++i) lines.report_once("two cameras publish");
-  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("two cameras publish")));
+  EXPECT_THAT(lines.take_reports(), ElementsAre(HasSubstr("two cameras publish")));
 }
 
 TEST(CameraDifference, ToleratesOnePercentOfTheFocalLength) {
@@ -137,7 +137,7 @@ TEST(CameraDifference, ToleratesOnePercentOfTheFocalLength) {
 TEST(SampleLines, JoinsMessagesOfSeveralLines) {
   SampleLines lines("ROS 2", "robot", {});
   lines.report_once("no transform has the frame 'base'; the transforms are:\n  odom\n    link  (moves)");
-  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr(": odom, link  (moves)")));
+  EXPECT_THAT(lines.take_reports(), ElementsAre(HasSubstr(": odom, link  (moves)")));
 }
 
 }  // namespace

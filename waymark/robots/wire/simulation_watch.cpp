@@ -15,7 +15,7 @@ bool SimulationWatch::ended(Duration now) const {
          now - std::max(*newest_odometry_, clock_.value_or(*newest_odometry_)) > options_.ended;
 }
 
-std::string SimulationWatch::take_words(Duration now, bool drives) {
+std::string SimulationWatch::take_reports(Duration now, bool drives) {
   const bool is_silent = silent(now);
   if (is_silent == was_silent_) return {};
   was_silent_ = is_silent;

@@ -29,7 +29,7 @@ class SimulationWatch {
   [[nodiscard]] bool ended(Duration now) const;
   /// A message about the change since the last call; empty if there is none. `drives`: commands are sent to
   /// the robot.
-  [[nodiscard]] std::string take_words(Duration now, bool drives = true);
+  [[nodiscard]] std::string take_reports(Duration now, bool drives = true);
 
  private:
   SimulationWatchOptions options_;

@@ -37,13 +37,13 @@ TEST(SimulationWatch, APausedSimulationIsNotAnEndedOne) {
 TEST(SimulationWatch, ReportsEachChangeOnceAndWhetherItMayBePaused) {
   SimulationWatch watch;
   watch.odometry(seconds(1));
-  EXPECT_EQ(watch.take_words(milliseconds(1100)), "");
-  testing::expect_on_page("robots", watch.take_words(seconds(2)));
-  EXPECT_EQ(watch.take_words(seconds(3)), "");
+  EXPECT_EQ(watch.take_reports(milliseconds(1100)), "");
+  testing::expect_on_page("robots", watch.take_reports(seconds(2)));
+  EXPECT_EQ(watch.take_reports(seconds(3)), "");
   watch.odometry(seconds(4));
-  testing::expect_on_page("robots", watch.take_words(seconds(4)));
+  testing::expect_on_page("robots", watch.take_reports(seconds(4)));
   watch.clock(seconds(6));
-  const std::string paused = watch.take_words(seconds(6));
+  const std::string paused = watch.take_reports(seconds(6));
   EXPECT_THAT(paused, HasSubstr("paused"));
   testing::expect_on_page("robots", paused);
 }
@@ -53,17 +53,17 @@ TEST(SimulationWatch, HoldsTheRobotWithinAQuarterOfASecondAndReleasesIt) {
   EXPECT_FALSE(watch.silent(std::chrono::seconds(9))) << "no odometry yet";
   for (int ms = 0; ms <= 1000; ms += 20) watch.odometry(milliseconds(ms));
   EXPECT_FALSE(watch.silent(milliseconds(1100)));
-  EXPECT_EQ(watch.take_words(milliseconds(1100)), "");
+  EXPECT_EQ(watch.take_reports(milliseconds(1100)), "");
   EXPECT_TRUE(watch.silent(milliseconds(1250)));
-  const std::string ended = watch.take_words(milliseconds(1250));
+  const std::string ended = watch.take_reports(milliseconds(1250));
   EXPECT_THAT(ended, HasSubstr("0.25 s"));
   EXPECT_EQ(ended.find("paused"), std::string::npos) << ended;
-  EXPECT_EQ(watch.take_words(milliseconds(1300)), "") << "reported once";
+  EXPECT_EQ(watch.take_reports(milliseconds(1300)), "") << "reported once";
   watch.odometry(milliseconds(5000));
   EXPECT_FALSE(watch.silent(milliseconds(5000)));
-  EXPECT_NE(watch.take_words(milliseconds(5000)), "");
+  EXPECT_NE(watch.take_reports(milliseconds(5000)), "");
   watch.clock(milliseconds(5150));
-  EXPECT_THAT(watch.take_words(milliseconds(5250)), HasSubstr("paused"));
+  EXPECT_THAT(watch.take_reports(milliseconds(5250)), HasSubstr("paused"));
 }
 
 TEST(SimulationWatch, EndsAfterFiveSecondsWithoutOdometryAndClock) {

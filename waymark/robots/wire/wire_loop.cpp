@@ -7,7 +7,7 @@
 
 namespace waymark {
 
-std::vector<std::string> SilenceReports::take_words(Duration silent, bool listens) {
+std::vector<std::string> SilenceReports::take_reports(Duration silent, bool listens) {
   std::vector<std::string> due;
   if (silent <= pause_) reported_.assign(reports_.size(), false);
   for (std::size_t i = 0; silent > pause_ && i < reports_.size(); ++i) {

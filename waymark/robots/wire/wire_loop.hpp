@@ -10,7 +10,7 @@
 #include "waymark/robots/process/robot_messages.hpp"
 #include "waymark/robots/process/robot_wire.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
-#include "waymark/robots/wire/robot_talk.hpp"
+#include "waymark/robots/wire/robot_output.hpp"
 
 namespace waymark {
 
@@ -27,7 +27,7 @@ class SilenceReports {
       : pause_(pause), reports_(std::move(reports)), reported_(reports_.size(), false) {}
 
   /// The reports that are due and were not returned yet.
-  [[nodiscard]] std::vector<std::string> take_words(Duration silent, bool listens = false);
+  [[nodiscard]] std::vector<std::string> take_reports(Duration silent, bool listens = false);
 
  private:
   Duration pause_;

@@ -94,7 +94,7 @@ class FakeRobot final : public WireLoop {
   }
   bool must_hold(Duration /*now*/) const override { return held; }
   std::vector<std::string> silence_reports(Duration now) override {
-    return greeted() ? silence_.take_words(now - newest_, listens()) : std::vector<std::string>();
+    return greeted() ? silence_.take_reports(now - newest_, listens()) : std::vector<std::string>();
   }
   Status check() override {
     ++checks;

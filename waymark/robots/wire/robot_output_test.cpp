@@ -1,4 +1,4 @@
-#include "waymark/robots/wire/robot_talk.hpp"
+#include "waymark/robots/wire/robot_output.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

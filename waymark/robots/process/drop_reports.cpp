@@ -1,4 +1,4 @@
-#include "waymark/robots/process/drop_words.hpp"
+#include "waymark/robots/process/drop_reports.hpp"
 
 #include <algorithm>
 
