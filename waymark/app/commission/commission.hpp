@@ -41,7 +41,7 @@ struct CommissionJob {
 /// The person beside the robot.
 struct CommissionPerson {
   bool present = false;  ///< can press keys and pull cables
-  /// Returns when the person has done what the text asks for. Fails if nobody will.
+  /// Returns when the person has done what the text asks for. Fails if no person answers.
   std::function<Status(const std::string& words)> ready = [](const std::string&) { return Status(); };
   /// The answer to a question about the last motion: yes, no, or nothing.
   std::function<Seen(const std::string& question)> confirm = [](const std::string&) { return Seen(); };

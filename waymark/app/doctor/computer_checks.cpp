@@ -33,7 +33,7 @@ namespace waymark {
 namespace {
 
 constexpr double kOldDays = 180;
-constexpr std::uint64_t kFew_bytes = 200'000'000;
+constexpr std::uint64_t kMinFree_bytes = 200'000'000;
 constexpr std::uint64_t kSome_bytes = 2'000'000'000;
 constexpr double kMaxShare = 0.5;  // the rest is for mapping, the page and other programs
 constexpr double kNoCore = 0.9;
@@ -196,7 +196,7 @@ DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_by
   const double gigabytes = static_cast<double>(free_bytes) * 1e-9;
   DoctorLine line{.key = "disk", .words = fmt::format("{:.1f} GB free at {}", gigabytes, folder.string())};
   if (free_bytes >= kSome_bytes) return line;
-  line.level = free_bytes < kFew_bytes ? DoctorLevel::Fail : DoctorLevel::Warn;
+  line.level = free_bytes < kMinFree_bytes ? DoctorLevel::Fail : DoctorLevel::Warn;
   line.command = fmt::format("du -sh {}/* | sort -h | tail", folder.string());
   return line;
 }

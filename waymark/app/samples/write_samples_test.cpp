@@ -14,14 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Cancels when it is asked for the given time.
+/// Cancels at the given call.
 JobControl cancelled_at_call(int call) {
   JobControl control;
   control.cancelled = [call, asked = 0]() mutable { return ++asked >= call; };
   return control;
 }
 
-TEST(WriteSamples, CancelledTheyLeaveNothingAndAFolderThatIsUsedStaysAsItIs) {
+TEST(WriteSamples, WritesNothingIfCancelledOrIfTheFolderIsNotEmpty) {
   const fs::path folder = testing::fresh_folder("write_samples");
   const std::string wanted = (folder / "samples").string();
   EXPECT_FALSE(write_samples({.folder = wanted}, cancelled_at_call(1)));

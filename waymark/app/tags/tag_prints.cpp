@@ -55,7 +55,7 @@ WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFile
   return written;
 }
 
-Result<FamilyId> described_family(const PaperDescription& description) {
+Result<FamilyId> requested_family(const PageRequest& description) {
   auto id = parse_family(description.family);
   if (!id) id.error().place.key = "family";
   return id;
@@ -94,18 +94,18 @@ Status check_board_style(const std::string& style) {
               {.key = "style"}, suggestion(style, styles));
 }
 
-Status check_effects(const BoardDescription& board, const GivenFields& given) {
-  if (const Status known = check_board_style(board.style); !known) return known;
+Status check_effects(const BoardRequest& board, const GivenFields& given) {
+  if (const Status valid = check_board_style(board.style); !valid) return valid;
   const bool squares = board.of_squares();
-  const char* hint = squares ? "Leave it out, or choose `style=separate` or aprilgrid."
-                             : "Leave it out, or choose `style=chessboard` or charuco.";
-  const std::string why = fmt::format("this has no effect on the style {}", board.style);
+  const char* hint = squares ? "Omit this option, or use `style=separate` or aprilgrid."
+                             : "Omit this option, or use `style=chessboard` or charuco.";
+  const std::string why = fmt::format("has no effect on the style {}", board.style);
   FieldRefusals refused(given);
   refused.fields(!squares, {"square_size_m", "marker_size_m", "dictionary", "legacy_pattern", "tiled"}, why,
                  hint);
   refused.fields(squares, {"tag_size_m", "spacing", "family", "kalibr_yaml"}, why, hint);
   refused.fields(board.style == "chessboard", {"marker_size_m", "dictionary", "legacy_pattern", "first_id"},
-                 why, "Leave it out.");
+                 why, "Omit this option.");
   return refused.status();
 }
 
@@ -131,7 +131,7 @@ std::string to_text(const plot::BoardLayout& layout, const std::vector<std::stri
 std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
   const std::size_t pages = layout.pages.size();
   const std::size_t tags = layout.pages.front().size();
-  return fmt::format("{}: {} {}, {} a page, {} of {:g} m\n",
+  return fmt::format("{}: {} {}, {} per page, {} of {:g} m\n",
                      files.size() == 1 ? files.front() : files.front() + " …", counted(pages, "page"),
                      layout.paper.name, counted(tags, "tag"), to_string(layout.family),
                      layout.tag_size_mm / 1e3);
@@ -145,17 +145,16 @@ std::string to_text(const plot::SquareBoardLayout& layout, const std::vector<std
                      board.columns, board.rows, board.size_m, counted(pages, "page"), layout.paper.name);
 }
 
-// As fields.
+// Report fields.
 namespace {
 
 void add_print(ReportFields& all, const plot::Paper& paper, const plot::Footer& footer,
                const std::vector<std::string>& files) {
   const std::array size_m = {paper.width_mm / 1e3, paper.height_mm / 1e3};
-  all.insert(all.end(),
-             {{"paper", "Name of the paper", paper.name},
-              {"paper_size_m", "[width, height] of the page as it is printed", size_m},
-              {"ruler_m", "Length of the printed ruler", footer.ruler.width_mm / 1e3},
-              {"files", "Files that were written; the target file of a board is the last", files}});
+  all.insert(all.end(), {{"paper", "Name of the paper", paper.name},
+                         {"paper_size_m", "[width, height] of the printed page", size_m},
+                         {"ruler_m", "Length of the printed ruler", footer.ruler.width_mm / 1e3},
+                         {"files", "Written files; the target file of a board is the last", files}});
 }
 
 constexpr const char* kStyle = "aprilgrid, separate, chessboard or charuco";
@@ -177,7 +176,7 @@ ReportFields fields(const Printed<plot::BoardLayout>& board) {
       {"cols", kColumns, options.columns},
       {"rows", kRows, options.rows},
       {"first_id", kFirstId, options.first_id},
-      {"tag_size_m", "aprilgrid, separate: side of the square where the black border meets the white one",
+      {"tag_size_m", "aprilgrid, separate: side of the square at the edge between black and white border",
        options.tag_size_m},
       {"spacing", "aprilgrid, separate: gap between two tags, as a share of their size", options.spacing}};
   add_print(all, layout.paper, layout.footer, board.files);
@@ -192,7 +191,7 @@ ReportFields fields(const Printed<plot::SheetLayout>& sheet) {
                       {"tags", "Number of tags", tags},
                       {"tags_per_page", "Number of tags on a full page", layout.tags_per_page},
                       {"family", "Family of the tags", to_string(layout.family)},
-                      {"tag_size_m", "Side of the square where the black border meets the white one",
+                      {"tag_size_m", "Side of the square at the edge between black and white border",
                        layout.tag_size_mm / 1e3}};
   add_print(all, layout.paper, layout.footer, sheet.files);
   return all;
