@@ -110,8 +110,8 @@ class Relay(Wire):
         self.assertGreater(max(speeds), 0.1)
         self.assertEqual(speeds[-1], 0)
 
-    def test_rejects_missing_or_equal_topics(self):
-        for flags, words in ((("--from", ""), "'' is no name of a topic"), (("--from", "/cmd_vel", "--to", "cmd_vel"), "--from and --to name the same topic")):
+    def test_rejects_invalid_or_equal_topics(self):
+        for flags, words in ((("--from", "a b"), "'a b'"), (("--from", "/cmd_vel", "--to", "cmd_vel"), "--from and --to")):
             refused = self.run_program("ros2", "relay", *flags)
             self.assertEqual(refused.returncode, 2, refused.stderr)
             self.assertIn(words, refused.stderr)

@@ -154,7 +154,7 @@ Result<std::string> lcm_address(const std::string& text) {
   if (text.empty()) return std::string(kLcmDefaultAddress);
   const auto wrong = [&](const std::string& reason) {
     return fail(
-        ErrorCode::InvalidArgument, fmt::format("invalid address '{}': {}", text, reason), {.source = "LCM"},
+        ErrorCode::InvalidArgument, fmt::format("invalid address '{}': {}", text, reason), {.key = "address"},
         fmt::format("Use an address such as {}; ttl=1 reaches the local network.", kLcmDefaultAddress));
   };
   static const std::regex kForm(

@@ -86,7 +86,7 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
 
 Result<Ros2Profile> find_ros2_profile(const std::string& name) {
   if (name.empty())
-    return fail(ErrorCode::InvalidArgument, "no profile given", {.source = "ros2:"},
+    return fail(ErrorCode::InvalidArgument, "no profile given", {.key = "profile"},
                 "Use ros2:limo, ros2:turtlebot3, or ros2: with the path of a .yaml file "
                 "(docs/formats/ros2-profile.md).");
   const auto path = find_shared("ros2", name);
