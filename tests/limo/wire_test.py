@@ -309,7 +309,7 @@ class Refusals(Wire):
 
     def test_errors_of_unusable_ports_contain_the_holder(self):
         self.assertIn("no such serial port", self.refused("/dev/ttyNothing"))
-        self.assertIn("/dev/null: not a serial port", self.refused("/dev/null"))
+        self.assertIn("not a serial port", self.refused("/dev/null"))
         limo = Limo()
         self.robot(limo)
         self.assertRegex(self.refused(limo.path), r"\(process \d+\) uses the serial port")

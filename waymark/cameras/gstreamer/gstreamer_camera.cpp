@@ -140,8 +140,7 @@ Status GstreamerCamera::Impl::launch() {
     const std::string message = error->message;
     gst.g_error_free(error);
     return fail(ErrorCode::InvalidArgument, "invalid pipeline: " + message,
-                {.key = "gstreamer:" + pipeline_text},
-                "Test it with gst-launch-1.0 and a sink at its end.");
+                {.key = "gstreamer:" + pipeline_text}, "Test it with gst-launch-1.0 and a sink at its end.");
   }
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-cstyle-cast): the casts of the library are macros
   sink =

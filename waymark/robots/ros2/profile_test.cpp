@@ -43,7 +43,7 @@ TEST(Ros2Profile, RejectsInvalidProfiles) {
   EXPECT_FALSE(find_ros2_profile("limmo"));
   const auto nameless = find_ros2_profile("");
   ASSERT_FALSE(nameless);
-  EXPECT_EQ(nameless.error().place.source, "ros2:");
+  EXPECT_EQ(nameless.error().place.key, "profile");
   testing::expect_on_page("robots", nameless.error());
 }
 
