@@ -272,7 +272,7 @@ class WrongWords(InFolder):
 
     def test_what_cannot_be_is_refused_before_any_picture_is_read(self):
         words = ("--target", "charuco", *PrintedBoards.CHARUCO)
-        for more, code, told in ((("--guided",), 1, "photos/00.png is a picture"),
+        for more, code, told in ((("--guided",), 1, "photos/00.png: this is an image"),
                            (("--lens", "equidistant", "--format", "photonvision", "-o", "x.json"), 2, "PhotonVision has no equidistant lens"),
                            (("--lens", "equidistant", "-o", "x.json"), 2, "(--lens): PhotonVision has no equidistant lens")):
             outcome = self.run_here("calibrate", "camera", "photos", *words, *more)
