@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Worlds of Gazebo, written and read. What is read is written here as people write such worlds: models that are included, boards that are
-boxes thin along x or z, planes, meshes, frames in frames; the bitmaps are OpenCV's. How a texture lies on a box is what MeshManager of
-gz-common says, which draws it in Gazebo. What is written is read by SDFormat (without a warning) and by Python's own XML parser.
+"""Worlds of Gazebo, exported and imported. The imported worlds have typical contents: included models, boards as boxes thin along x or z, planes,
+meshes, nested frames; the bitmaps are OpenCV's. Textures are mapped to boxes as in MeshManager of gz-common, which renders them in Gazebo. Exported
+worlds are read by SDFormat (without a warning) and by Python's own XML parser.
 
 usage: world_test.py PROGRAM [TestClass.test]
 """

@@ -330,7 +330,7 @@ static int exists(dds_entity_t builtin, const uint8_t *gid) {
     known = 0; \
     COUNT_KNOWN(m->node_entities_info_seq_._buffer[0].reader_gid_seq_, subscriptions); \
     COUNT_KNOWN(m->node_entities_info_seq_._buffer[0].writer_gid_seq_, publications); \
-    snprintf(line, sizeof line, "%s%s readers %u writers %u known %d\n", m->node_entities_info_seq_._buffer[0].node_namespace_, \
+    snprintf(line, sizeof line, "%s%s readers %u writers %u found %d\n", m->node_entities_info_seq_._buffer[0].node_namespace_, \
              m->node_entities_info_seq_._buffer[0].node_name_, m->node_entities_info_seq_._buffer[0].reader_gid_seq_._length, \
              m->node_entities_info_seq_._buffer[0].writer_gid_seq_._length, known); \
   } while (0)

@@ -53,7 +53,7 @@ class FirstAid(Wire):
             self.start(PROGRAM, "ros2", "relay", *(("--ros-distro", distro) if distro else ()))
             seen[distro] = self.start(PEER, "nodes", 30 if distro else 2, gid_bytes)
         for distro, peer in seen.items():
-            self.assertEqual(peer.communicate(timeout=50)[0], "/waymark_relay readers 1 writers 1 known 2\n" if distro else "none\n", distro)
+            self.assertEqual(peer.communicate(timeout=50)[0], "/waymark_relay readers 1 writers 1 found 2\n" if distro else "none\n", distro)
         wrong = self.run_program("ros2", "relay", "--ros-distro", "humbel")
         self.assertEqual(wrong.returncode, 2, wrong.stderr)
         self.assertIn("humble", wrong.stderr)
@@ -61,7 +61,7 @@ class FirstAid(Wire):
     def test_the_peer_reads_the_newest_description_of_a_node(self):
         shown = self.start(PEER, "nodes", 20, 16)
         self.start(PEER, "announce", 20)
-        self.assertEqual(shown.communicate(timeout=40)[0], "/slow readers 1 writers 1 known 2\n")
+        self.assertEqual(shown.communicate(timeout=40)[0], "/slow readers 1 writers 1 found 2\n")
 
     @LONG
     def test_two_hundred_topics_are_discovered(self):
@@ -73,7 +73,7 @@ class FirstAid(Wire):
     def test_rejects_invalid_flags(self):
         for flags, words in ((("topic", "list", "--interface", "203.0.113.9"), "203.0.113.9"),
                              (("topic", "list", "--interface", "eth99"), "eth99"), (("topic", "list", "--localhost", "--interface", "127.0.0.1"), "--localhost"),
-                             (("topic", "echo", ""), "'' is no name of a topic"), (("robot", ""), "no profile is named")):
+                             (("topic", "echo", ""), "invalid topic name ''"), (("robot", ""), "no profile given")):
             refused = self.run_program("ros2", *flags)
             self.assertEqual(refused.returncode, 2, refused.stderr)
             self.assertIn(words, refused.stderr)
