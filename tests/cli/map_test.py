@@ -176,17 +176,18 @@ class Map(WithLap):
 
     def test_the_lap_of_a_robot_is_no_video(self):
         (self.folder / "camera.yaml").write_text(pictures.CAMERA)
-        outcome = self.run_here("map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16")
-        self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
-        self.assertIn("(--camera): a recording brings its camera along. Give --robot for a recording without a calibration; --camera is that of a video.",
-                      outcome.err)
+        for words in (["map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16"], ["map", "video", "lap.mcap", "-o", "m"]):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
+            self.assertIn("(lap.mcap): this is the recording of a robot: it holds odometry or an IMU. `waymark map lap` maps it, without --camera", outcome.err)
+            self.assertNotIn("--robot", outcome.err)
 
     def test_mistakes(self):
         (self.folder / "bad.yaml").write_text("name: x\n")
         (self.folder / "file").touch()
         for words, code, part in (
                 (["none.mcap", "-o", "m"], 1, "none.mcap"),
-                (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
+                (["photograph.png", "-o", "m"], 1, "photograph.png: this is an image, not a recording. `waymark detect photograph.png`"),
                 (["lap.mcap"], 2, "--output is required"),
                 (["-o", "m"], 2, "LAP is required"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "'0' is not a size in metres"),
@@ -196,10 +197,10 @@ class Map(WithLap):
                 (["lap.mcap", "-o", "m", "--anchor-pose", "1e15", "0", "0", "-90", "0", "0"], 2, "more than 10 km"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "0.3", "0", "0", "0"], 1, "An upright tag has roll -90"),
                 (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99"),
-                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
+                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 2, "(--anchor): unknown tag family 'tag36h12'"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "'-1' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
-                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
+                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 1, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
                 (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
             outcome = self.run_here("map", *words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)

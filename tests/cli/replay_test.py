@@ -149,7 +149,7 @@ class Replay(WithMap):
         self.assertIn("(--laps): the route is open", laps.err)
         (self.folder / "empty").mkdir()
         for where, part in (("nowhere", "nowhere: there is no such folder. Record a lap"),
-                            ("lap.mcap", "Map it first: waymark map lap.mcap -o map"),
+                            ("lap.mcap", "`waymark map lap.mcap` makes a map of it"),
                             ("empty", "Map a recorded lap into it first: waymark map lap.mcap -o empty"),
                             (".", "Did you mean ./map?")):
             outcome = self.run_here("replay", where, "--world", "circuit24")
@@ -230,7 +230,8 @@ class Routes(WithMap):
                 (["routes", "map", "--route", "fats"], 2, "Did you mean 'fast'?"),
                 (["routes", "nowhere"], 1, "there is no such folder"),
                 (["routes", "lap.mcap"], 1, "this is a recording"),
-                (["routes", "map", "--route", ""], 2, "'' is no name for a route"),
+                (["routes", "map", "--route", ""], 2, "--route needs a value (NAME)"),
+                (["routes", "map", "--route", "a/b"], 2, "'a/b' is no name for a route"),
                 (["routes", "map", "--station", "a"], 2, "where is the station?"),
                 (["routes", "map", "--at-m", 3], 2, "Name it with --station"),
                 (["routes", "map", "--station", "a", "--at-m", 99], 2, "(--station): 'a' at 99 m is not on a route of"),

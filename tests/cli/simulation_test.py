@@ -153,7 +153,7 @@ class Simulation(InFolder):
         self.assertGreaterEqual(made["min_clearance_m"], 0.44)
         self.assertTrue(made["closed"])
         self.assertEqual(self.run_here("world", "check", "mine.yaml").code, 0)
-        self.assertEqual(self.run_here("world", "new", "--path", "drawn.csv", "-o", "mine.yaml").code, 2, "never over another")
+        self.assertEqual(self.run_here("world", "new", "--path", "drawn.csv", "-o", "mine.yaml").code, 1, "never over another")
         (self.folder / "bad.csv").write_text("x,y\n1,2\n3,four\n")
         self.assertIn("bad.csv:3: this line holds no point", self.run_here("world", "new", "--path", "bad.csv", "-o", "b.yaml").err)
 

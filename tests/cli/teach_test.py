@@ -50,7 +50,7 @@ class Teach(InFolder):
                 ([*TEACH, "-o", "lap.mcap"], 1, "lap.mcap: cannot create the file: File exists"),
                 ([*TEACH, "-o", "none/lap.mcap"], 1, "none/lap.mcap: cannot create the file"),
                 (["teach", "--world", "circuit42", "-o", "x"], 2, "there is no 'circuit42'. Did you mean 'circuit24'?"),
-                (["teach", "--world", "none.yaml", "-o", "x"], 2, "none.yaml: there is no such file"),
+                (["teach", "--world", "none.yaml", "-o", "x"], 1, "none.yaml: there is no such file"),
                 (["teach", "--world", "circuit24", "--robot", "smi", "-o", "x"], 2, "Did you mean 'sim'?"),
                 (["teach", "--world", "circuit24", "--robot-file", "lima", "-o", "x"], 2, "Did you mean 'limo'?"),
                 (["teach", "--world", "circuit24", "--driver", "scriptd", "-o", "x"], 2, "Did you mean 'scripted'?"),

@@ -15,13 +15,13 @@ import unittest
 
 import pictures
 from harness import PROGRAM, InFolder, event, rest_of
-from laps import LAP_OF_SQUARE, made
+from laps import LAP_OF_SQUARE, MAP_OF_SQUARE, made
 
 
 class Usage(InFolder):
-    def check(self, words, *parts):
+    def check(self, words, *parts, code=2):
         outcome = self.run_here(*words)
-        self.assertEqual(outcome.code, 2, outcome.err)
+        self.assertEqual(outcome.code, code, outcome.err)
         self.assertEqual(outcome.out, "")
         for part in parts:
             self.assertIn(part, outcome.err)
@@ -30,7 +30,7 @@ class Usage(InFolder):
         self.check([], "no verb given", "Verbs:")
         self.check(["detcet", "photograph.png"], "unknown verb 'detcet'. Did you mean 'detect'?")
         self.check(["evaluate"], "See `waymark evaluate --help`")
-        self.check(["evaluate", "detection"], "Did you mean 'detections'?")
+        self.check(["evaluate", "detection"], "Did you mean `waymark evaluate detections`?")
         self.check(["detect"], "SOURCE is required")
         self.check(["detect", "--anotate", "x", "photograph.png"], "unknown flag '--anotate'. Did you mean '--annotate'?")
         self.check(["detect", "--family", "tag36h12", "photograph.png"], "tag36h12", "tag36h1")
@@ -58,7 +58,7 @@ class Usage(InFolder):
         (self.folder / "folder.yaml").mkdir()
         for words, code in ((["teach", "--world", "circuit24", "-o", "folder.mcap"], 1),
                             (["calibrate", "camera", "photograph.png", "--cols", "2", "--rows", "2", "--tag-size-m", "0.1", "-o", "folder.yaml"], 1),
-                            (["world", "new", "--path", "line.csv", "-o", "folder.yaml"], 2)):
+                            (["world", "new", "--path", "line.csv", "-o", "folder.yaml"], 1)):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
             self.assertIn("this is a folder. Give the name of a file.", outcome.err)
@@ -68,22 +68,78 @@ class Usage(InFolder):
         self.assertIn("/dev/null: this is a device or a pipe", outcome.err)
         self.assertNotIn("remove", outcome.err)
 
-    def test_a_missing_input_is_a_failure_and_a_missing_way_to_work_is_wrong_usage(self):
+    def test_a_missing_file_is_a_failure_whichever_flag_names_it(self):
         for words, code in (("detect none.png", 1), ("detect photograph.png --camera none.yaml --tag-size-m 0.1", 1), ("evaluate none.txt none.txt", 1),
                             ("evaluate detections --truth none.csv --detections none.jsonl", 1), ("calibrate camera photograph.png --map none.yaml", 1),
                             ("calibrate robot none.mcap", 1), ("convert none.mcap x.mcap", 1), ("info none.mcap", 1), ("play none.mcap", 1),
                             ("view none.mcap", 1), ("recover none.mcap", 1), ("report none.mcap", 1), ("plot none.mcap", 1),
                             ("localize none.mcap --map none", 1), ("map none.mcap -o m", 1), ("map none.mcap -o m --extend none", 1),
-                            ("map none.mcap -o m --world none.yaml", 2), ("map convert none x.yaml", 1), ("replay none --world circuit24", 1),
-                            ("replay none --world none.yaml", 2), ("replay none --world circuit24 --calibration none.yaml", 1),
-                            ("replay none --world circuit24 --faults none.yaml", 2), ("replay none --world circuit24 --config none.yaml", 2),
-                            ("routes none", 1), ("optimize none", 1), ("optimize none --weights none.yaml", 2),
+                            ("map none.mcap -o m --world none.yaml", 1), ("map convert none x.yaml", 1), ("replay none --world circuit24", 1),
+                            ("replay none --world none.yaml", 1), ("replay none --world circuit24 --calibration none.yaml", 1),
+                            ("replay none --world circuit24 --faults none.yaml", 1), ("replay none --world circuit24 --config none.yaml", 1),
+                            ("routes none", 1), ("optimize none", 1), ("optimize none --weights none.yaml", 1),
                             ("run --world circuit24 --driver scripted -o s --map none", 1), ("explore --map none", 1),
-                            ("simulate --like none.mcap -o x.mcap", 1), ("world check none.yaml", 2), ("world new --path none.csv -o x.yaml", 1),
-                            ("world orbit none.yaml", 2), ("teach --world circuit24 -o x --robot-file none.yaml", 2)):
+                            ("simulate --like none.mcap -o x.mcap", 1), ("world check none.yaml", 1), ("world new --path none.csv -o x.yaml", 1),
+                            ("world orbit none.yaml", 1), ("teach --world circuit24 -o x --robot-file none.yaml", 1),
+                            ("robots none.yaml", 1), ("mbot robot --robot-file none.yaml", 1), ("ros2 robot none.yaml", 1), ("robot-sim --world none.yaml", 1)):
             outcome = self.run_here(*words.split())
             self.assertEqual((outcome.code, outcome.out), (code, ""), f"{words}\n{outcome.err}")
             self.assertIn("none", outcome.err, words)
+
+    def test_an_unknown_word_is_wrong_usage_in_each_verb(self):
+        recording = made(*MAP_OF_SQUARE) / "lap.mcap"
+        worlds = ("teach -o x --world {}", "replay m --world {}", "explore -o e --world {}", "demo -o d --world {}", "robot-sim --world {}",
+                  "robot-sim limo --world {}", f"map {recording} -o m --world {{}}", "run -o r --driver scripted --world {}", "world check {}", "world orbit {}")
+        robots = ("teach --world circuit24 -o x --robot-file {}", "robot-sim --world circuit24 --robot-file {}", "robots {}", "limo robot /dev/null --robot-file {}",
+                  "mbot robot --robot-file {}", "ros2 robot limo --robot-file {}", "gazebo robot limo --robot-file {}", f"map {recording} -o m --robot {{}}",
+                  f"localize {recording} --map {recording.parent}/map --robot {{}}", f"calibrate robot {recording} --robot {{}}")
+        profiles = ("teach -o x --robot ros2:{}", "teach -o x --robot gazebo:{}", "localize --map m --robot ros2:{}", "doctor --robot ros2:{}", "ros2 robot {}",
+                    "gazebo robot {}", "robot-sim gazebo {} --world circuit24")
+        for words in (*worlds, *robots, *profiles):
+            for name in ("nowhere", "folder"):
+                (self.folder / "folder").mkdir(exist_ok=True)
+                outcome = self.run_here(*words.format(name).split())
+                self.assertEqual((outcome.code, outcome.out), (2, ""), f"{words}\n{outcome.err}")
+                self.assertRegex(outcome.err, rf"waymark [a-z0-9 -]+: \(\S+\): there is no '{name}' in ", words)
+        for tag in ("tagx:1", "abc", "99999"):
+            for words in (f"map {recording} -o m --anchor {tag}", f"map {recording} -o m --tag-size-m {tag}=0.1", "detect photograph.png --camera camera.yaml --tag-size-m "
+                          f"{tag}=0.1", f"teach --robot ros2:limo --tag-size-m 0.1 -o x --anchor {tag}"):
+                self.check(words.split(), "--anchor" if "--anchor" in words else "--tag-size-m")
+
+    def test_a_verb_after_flags_and_a_file_of_its_name(self):
+        recording = made(*LAP_OF_SQUARE) / "lap.mcap"
+        self.check(["map", "-o", "m", "convert", recording], "OUTPUT is required")
+        self.check(["map", "-o", "m", "lapp", recording], "'lapp' is neither a verb nor a file. Did you mean `waymark map lap`?")
+        self.check(["map", recording, "--tagslam", "-o", "m"], "--tagslam needs a value (FOLDER)")
+        self.check(["localize", "--start", "1", "2", "--map", "m", "x.mcap"], "--start needs 3 values")
+        (self.folder / "lap").write_bytes(recording.read_bytes())
+        outcome = self.run_here("map", "-o", "m", "lap", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (self.folder / "lap").unlink()
+        outcome = self.run_here("map", "--json", "-o", "n", "lap", recording)
+        self.assertEqual((outcome.code, (self.folder / "n/map.yaml").exists()), (0, True), outcome.err)
+
+    def test_calibrate_chooses_by_what_a_line_names(self):
+        recording = made(*LAP_OF_SQUARE) / "lap.mcap"
+        for words, chosen in (([recording], "robot"), (["none.mcap", "-o", "c.yaml"], "robot"), ([recording, "--cols", "6"], "camera"), (["photograph.png"], "camera"),
+                              (["board/*.png"], "camera"), (["walk.mp4", "--cols", "6"], "camera"), (["v4l2:/dev/video0"], "guided"), (["x.png", "--guided"], "guided"),
+                              (["-o", "c.yaml", "robot", recording], "robot"), (["camera", "v4l2:/dev/video0"], "guided")):
+            outcome = self.run_here("calibrate", *words, "--help")
+            self.assertEqual((outcome.code, outcome.err), (0, ""), words)
+            self.assertIn(f"Usage: waymark calibrate {chosen} ", outcome.out, words)
+        self.check(["calibrate"], "no verb given. Known: camera, guided, robot.")
+        self.check(["calibrate", recording, "--rows", "3"], "give either the board")
+
+    def test_an_empty_name_is_reported_with_its_flag(self):
+        self.check(["teach", "--world", "", "-o", "x"], "--world needs a value (NAME)")
+        self.check(["teach", "--world", "circuit24", "-o", ""], "-o needs a value (FILE)")
+        self.check(["localize", "lap.mcap", "--map="], "--map needs a value")
+        self.check(["info", ""], "an input is empty")
+        for name in ("empty.mp4", "empty.png", "empty.mcap", "empty.yaml"):
+            (self.folder / name).touch()
+            outcome = self.run_here("detect", name)
+            self.assertEqual(outcome.code, 1)
+            self.assertRegex(outcome.err, rf"{name}: (the file is empty|empty file .*)\. [A-Z].* again\.")
 
     def test_configuration(self):
         def write(text):
@@ -93,12 +149,12 @@ class Usage(InFolder):
         self.assertEqual((outcome.code, outcome.records[0]["detections"]), (0, []))
         outcome = self.run_here(*write("detector:\n  families: [tag25h9]\n"), "--family", "tag36h11")  # a flag overrides
         self.assertEqual(len(outcome.records[0]["detections"]), 2)
-        self.check(write("detector:\n  quad_decimat: 2\n"), "detect.yaml:2 (detector.quad_decimat)", "'quad_decimate'")
-        self.check(write("detector:\n  quad_decimate: 99\n"), "detect.yaml:2 (detector.quad_decimate)")
-        self.check(write("refinement:\n  max_shift: 2\n"), "(refinement.max_shift)", "'max_shift_px'")
-        self.check(write("detektor:\n"), "detect.yaml:1", "'detector'")
-        self.check(write("detector: ["), "detect.yaml")
-        self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: there is no such file")
+        self.check(write("detector:\n  quad_decimat: 2\n"), "detect.yaml:2 (detector.quad_decimat)", "'quad_decimate'", code=1)
+        self.check(write("detector:\n  quad_decimate: 99\n"), "detect.yaml:2 (detector.quad_decimate)", code=1)
+        self.check(write("refinement:\n  max_shift: 2\n"), "(refinement.max_shift)", "'max_shift_px'", code=1)
+        self.check(write("detektor:\n"), "detect.yaml:1", "'detector'", code=1)
+        self.check(write("detector: ["), "detect.yaml", code=1)
+        self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: there is no such file", code=1)
 
     def test_help_and_version(self):
         for words in (["--help"], ["detect", "--help"], ["evaluate", "detections", "-h"], ["help", "detect"]):

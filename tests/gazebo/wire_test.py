@@ -55,7 +55,7 @@ class Wire(unittest.TestCase):
         return self.running[-1]
 
     def simulation(self, seed=1):
-        return self.start(PROGRAM, "robot-sim", "--world", LANE, "--images", "--gazebo", "limo", "--seed", seed, stdout=subprocess.DEVNULL)
+        return self.start(PROGRAM, "robot-sim", "--world", LANE, "--gazebo", "limo", "--seed", seed, stdout=subprocess.DEVNULL)
 
     def ask(self, *words, timeout=20):
         return subprocess.run([str(word) for word in words], env=self.environment, capture_output=True, text=True, timeout=timeout)
@@ -192,6 +192,16 @@ class Peer(Wire):
 
 
 class Alone(Wire):
+    def test_robot_sim_reports_that_it_waits_and_its_first_command(self):
+        sim = self.start(PROGRAM, "robot-sim", "gazebo", "limo", "--world", LANE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        self.assertIn("publishes /model/limo/odometry and the other topics of the profile, and obeys /model/limo/cmd_vel, until Ctrl-C", sim.stderr.readline())
+        robot, lines = self.robot()
+        wire_driver.say_hello(robot)
+        self.until(lambda: lines)
+        robot.stdin.write(MOVE)
+        robot.stdin.flush()
+        self.assertIn("the first command arrived: a driver is connected", sim.stderr.readline())
+
     def test_one_driver_and_one_simulator_at_a_time(self):
         late = self.start(PROGRAM, "gazebo", "robot", "limo", stdin=subprocess.DEVNULL)
         time.sleep(0.5)  # its input has ended long before the robot is heard
@@ -200,7 +210,7 @@ class Alone(Wire):
         self.assertEqual(json.loads(late.stdout.readline())["type"], "hello")
         self.assertEqual(late.wait(20), 0)
 
-        simulate = [PROGRAM, "robot-sim", "--world", LANE, "--images", "--gazebo", "limo"]
+        simulate = [PROGRAM, "robot-sim", "--world", LANE, "--gazebo", "limo"]
         code, _, words = wire_driver.end_of(simulate, self.environment)
         self.assertEqual(code, 1, words)
         self.assertIn("/model/limo/odometry: another program publishes this topic already, at tcp://127.0.0.1:", words)

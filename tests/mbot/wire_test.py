@@ -218,6 +218,16 @@ class Simulated(Lcm):
             self.assertAlmostEqual(abs(quaternion[w]), 1, 1, tag[0])  # it stands before an upright tag: y down, z into it
             self.assertTrue(float(re.search(r"^imu \S+ (\S+)$", words, re.M)[1]) < -9, words)
 
+    def test_robot_sim_reports_that_it_waits_and_its_first_command(self):
+        sim = self.start(PROGRAM, "robot-sim", "mbot", self.url, "--world", "mbot-square", stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        self.assertIn(f"publishes the channels of an MBot on LCM at {self.url} and obeys MBOT_VEL_CMD, until Ctrl-C", sim.stderr.readline())
+        robot = self.robot()
+        wire_driver.greet(robot)
+        self.assertIn("the first command arrived: a driver is connected", sim.stderr.readline())
+        code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "mbot", self.url, "--world", "mbot-square", "--images"])
+        self.assertEqual(code, 2, words)
+        self.assertIn("unknown flag '--images' of `waymark robot-sim mbot`", words)
+
     def world(self):
         """A straight way of 1 m towards the tags of the square."""
         square = (pathlib.Path(__file__).parents[2] / "share" / "worlds" / "mbot-square.yaml").read_text()

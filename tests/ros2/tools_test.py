@@ -111,7 +111,7 @@ class Relay(Wire):
         self.assertEqual(speeds[-1], 0)
 
     def test_both_topics_are_named_and_differ(self):
-        for flags, words in ((("--from", ""), "'' is no name of a topic"), (("--from", "/cmd_vel", "--to", "cmd_vel"), "--from and --to name the same topic")):
+        for flags, words in ((("--from", "a b"), "'a b' is no name of a topic"), (("--from", "/cmd_vel", "--to", "cmd_vel"), "--from and --to name the same topic")):
             refused = self.run_program("ros2", "relay", *flags)
             self.assertEqual(refused.returncode, 2, refused.stderr)
             self.assertIn(words, refused.stderr)

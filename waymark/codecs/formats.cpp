@@ -61,11 +61,9 @@ bool begins(std::string_view text, const Signature& signature) {
 Result<ImageFormat> recognise(const Input& input) {
   const std::string_view text = as_text(input.bytes);
   if (text.empty())
-    return fail(ErrorCode::Unreadable, "empty file where a picture was expected", input.whole());
-  if (text.starts_with("\xff\xd8\xff")) return ImageFormat::Jpeg;
-  if (text.starts_with("\x89PNG\r\n\x1a\n")) return ImageFormat::Png;
-  if (text.size() > 2 && text[0] == 'P' && "2356"sv.find(text[1]) != std::string_view::npos)
-    return ImageFormat::Pnm;
+    return fail(ErrorCode::Unreadable, "empty file where a picture was expected", input.whole(),
+                "Take or copy the picture again.");
+  if (const auto format = image_format_of(input.bytes)) return *format;
   for (const Signature& signature : kForeign) {
     if (begins(text, signature)) {
       return fail(ErrorCode::Unsupported, fmt::format("looks like {}, which is not read", signature.what),

@@ -73,6 +73,15 @@ std::string_view to_string(ImageFormat format) {
   return "PNM";
 }
 
+std::optional<ImageFormat> image_format_of(std::span<const std::uint8_t> head) {
+  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  if (text.starts_with("\xff\xd8\xff")) return ImageFormat::Jpeg;
+  if (text.starts_with("\x89PNG\r\n\x1a\n")) return ImageFormat::Png;
+  const bool pnm =
+      text.size() > 2 && text[0] == 'P' && std::string_view("2356").find(text[1]) != std::string_view::npos;
+  return pnm ? std::optional(ImageFormat::Pnm) : std::nullopt;
+}
+
 Result<ImageInfo> probe(std::span<const std::uint8_t> bytes, std::string_view name) {
   const codecs::Input input{bytes, name};
   return codecs::without_exceptions(input.whole(), [&]() -> Result<ImageInfo> {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,9 @@ struct DecodeOptions {
           Field{"max_pixels", "Largest accepted number of pixels of a picture.", 1, 2147483647});
   }
 };
+
+/// The format of an image whose file begins with `head`; 8 bytes are enough. Nothing for any other file.
+[[nodiscard]] std::optional<ImageFormat> image_format_of(std::span<const std::uint8_t> head);
 
 /// Reads the header only: format (recognised by content), size, channels, depth. `name` is what errors call
 /// the input, usually its path. Errors: Unreadable (empty, truncated, malformed), Unsupported (another

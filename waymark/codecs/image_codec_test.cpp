@@ -173,7 +173,8 @@ TEST(Recognition, NamesWhatItIsNot) {
 }
 
 TEST(Recognition, EmptyAndUnknownInputIsUnreadable) {
-  EXPECT_EQ(to_string(decode("").error()), "in: empty file where a picture was expected");
+  EXPECT_EQ(to_string(decode("").error()),
+            "in: empty file where a picture was expected. Take or copy the picture again.");
   for (const std::string_view text :
        {"hello world"sv, "\0\0\0\0\0\0\0\0\0\0"sv, "\xff"sv, "\xff\xd8"sv, "\x89PN"sv, "P"sv, "P5"sv}) {
     const Result<Image> image = decode(text);

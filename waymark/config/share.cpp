@@ -48,6 +48,12 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+/// The field that names a file of the folder.
+std::string_view usual_field(std::string_view folder) {
+  if (folder == "worlds") return "world";
+  return folder == "robots" ? "robot_file" : "profile";
+}
+
 /// "place/world.yaml" of the folder "place", where worlds are looked for; empty where there is none.
 std::string file_inside(std::string_view folder, const std::string& name) {
   const fs::path file = fs::path(name) / (std::string(folder.substr(0, folder.size() - 1)) + ".yaml");
@@ -75,12 +81,13 @@ Result<fs::path> share_folder() {
               "Let the environment variable WAYMARK_SHARE name the folder that holds worlds/ and robots/.");
 }
 
-Result<fs::path> find_shared(std::string_view folder, const std::string& name) {
+Result<fs::path> find_shared(std::string_view folder, const std::string& name, std::string_view field) {
+  const Place place{.key = std::string(field.empty() ? usual_field(folder) : field)};
   if (name.find('/') != std::string::npos || name.ends_with(".yaml")) {
     const std::string file = file_inside(folder, name);
-    if (file.empty()) return fs::path(name);
-    return fail(ErrorCode::InvalidArgument, "this is a folder", {.source = name},
-                fmt::format("Did you mean {}?", file));
+    if (file.empty() && !is_folder(name)) return fs::path(name);
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is a folder", name), place,
+                file.empty() ? "Give the path of a .yaml file." : fmt::format("Did you mean {}?", file));
   }
   const Result<fs::path> share = share_folder();
   if (!share) return share;
@@ -88,12 +95,12 @@ Result<fs::path> find_shared(std::string_view folder, const std::string& name) {
   if (std::ranges::find(names, name) != names.end()) return *share / folder / (name + ".yaml");
   std::error_code ignored;
   if (fs::is_regular_file(name, ignored)) return fs::path(name);  // whoever reads it says what it is instead
-  if (const std::string file = file_inside(folder, name); !file.empty())
-    return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
-                {.source = (*share / folder).string()}, fmt::format("Did you mean {}?", file));
-  return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
-              {.source = (*share / folder).string()},
-              suggestion(name, names) + " Or give the path of a .yaml file.");
+  const std::string file = file_inside(folder, name);
+  std::string message = fmt::format("there is no '{}' in {}", name, (*share / folder).string());
+  if (is_folder(name)) message += ", and the folder of this name is no .yaml file";
+  return fail(ErrorCode::NotFound, std::move(message), place,
+              file.empty() ? suggestion(name, names) + " Or give the path of a .yaml file."
+                           : fmt::format("Did you mean {}?", file));
 }
 
 std::string named_beside(const fs::path& file, const std::string& name) {

@@ -16,8 +16,10 @@ namespace waymark {
 
 /// The file that a word of the command line means: a path (with a '/' or ending in .yaml) as it is, a plain
 /// name the file `name`.yaml in a folder ("worlds", "robots") of the share folder. Fails on a name that is
-/// not there, with the nearest one. O(files in the folder).
-[[nodiscard]] Result<std::filesystem::path> find_shared(std::string_view folder, const std::string& name);
+/// not there, with the nearest one; the error is of the field that holds the word: unless given, `world`,
+/// `robot_file` or `profile`, by the folder. O(files in the folder).
+[[nodiscard]] Result<std::filesystem::path> find_shared(std::string_view folder, const std::string& name,
+                                                        std::string_view field = {});
 
 /// What a file means by the name of another one: a relative path ending in .yaml is looked for beside it
 /// first; anything else is as it is.

@@ -274,7 +274,9 @@ Status YamlCursor::check_keys(const std::vector<std::string>& known) const {
 }
 
 tl::unexpected<Error> YamlCursor::not_a(std::string_view what) const {
-  if (is_null() && key_.empty()) return fail_here(ErrorCode::InvalidArgument, "the file is empty");
+  if (is_null() && key_.empty())
+    return fail_here(ErrorCode::InvalidArgument, "the file is empty",
+                     "Write it again, or name another file.");
   return fail_here(ErrorCode::InvalidArgument, fmt::format("{} is not {}", in_words(*node_), what));
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 
 namespace waymark {
 namespace {
@@ -41,22 +40,14 @@ bool begins_as_video(std::span<const std::uint8_t> bytes) {
   return head.starts_with("\0\0\1\xBA"sv) || is_transport_stream(head);
 }
 
-bool looks_like_video(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  constexpr std::array kRaw = {".h264"sv, ".264"sv, ".h265"sv, ".hevc"sv, ".mjpeg"sv, ".ivf"sv};
-  if (ends_as(path, kRaw) || is_video_name(path))
-    return true;  // what is wrong with it is for its reader to say
-  std::array<char, 400> head{};
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), head.size());
-  return begins_as_video(
-      {reinterpret_cast<const std::uint8_t*>(head.data()), static_cast<std::size_t>(file.gcount())});
-}
-
 bool is_video_name(std::string_view path) {
   constexpr std::array kWritten = {".mp4"sv, ".mov"sv, ".m4v"sv, ".mkv"sv, ".webm"sv, ".avi"sv};
   return ends_as(path, kWritten);
+}
+
+bool has_video_ending(std::string_view path) {
+  constexpr std::array kRaw = {".h264"sv, ".264"sv, ".h265"sv, ".hevc"sv, ".mjpeg"sv, ".ivf"sv};
+  return is_video_name(path) || ends_as(path, kRaw);
 }
 
 }  // namespace waymark

@@ -249,7 +249,7 @@ Result<std::unique_ptr<VideoInput>> VideoInput::of_bytes(const Libav& av,
 }
 
 Status VideoInput::prepare() {
-  if (size_ == 0) return fail(ErrorCode::Unreadable, "is empty");
+  if (size_ == 0) return fail(ErrorCode::Unreadable, "the file is empty", {}, "Record or copy it again.");
   head_.resize(400);
   const int got = read(this, head_.data(), static_cast<int>(head_.size()));
   head_.resize(static_cast<std::size_t>(std::max(got, 0)));

@@ -120,9 +120,6 @@ Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> s
     if (row.begins == nullptr || !row.begins(head, size) || (yaml && !row.certain)) continue;
     return row.open(std::move(source), options);
   }
-  if (yaml)
-    return fail(ErrorCode::Unsupported, "this is a YAML file, and no recording", place,
-                "A map goes after `map`, a robot after `robot` or `robot_file`, a world after `world`.");
   if (place.source.ends_with(".mcap"))
     return fail(ErrorCode::Unsupported, "this does not begin as an MCAP file", place,
                 "If its beginning is damaged, `waymark recover FILE` saves what stands behind it.");
@@ -258,16 +255,11 @@ Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, 
   return open_log(std::move(*source), options);
 }
 
-bool looks_like_recording(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  const auto source = open_file(path);
-  const std::uint64_t size = source ? (*source)->size().value_or(0) : 0;
-  Bytes head(static_cast<std::size_t>(std::min<std::uint64_t>(size, kHeadBytes)));
-  if (head.empty() || !(*source)->read(0, head)) return false;
-  return packing_of(head) != Packing::None || std::ranges::any_of(kFormats, [&](const FormatRow& row) {
-           return row.certain && row.begins != nullptr && row.begins(head, size);
-         });
+std::optional<LogFormat> format_of_head(ByteSpan head, std::uint64_t size) {
+  const auto row = std::ranges::find_if(kFormats, [&](const FormatRow& one) {
+    return one.certain && one.begins != nullptr && one.begins(head, size);
+  });
+  return row == kFormats.end() ? std::nullopt : std::optional(row->format);
 }
 
 }  // namespace waymark

@@ -183,9 +183,9 @@ class MessageLog {
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
                                                            const LogOptions& options = {});
 
-/// Whether a file begins as a recording does (MCAP, rosbag2, ROS 1 bag, LCM; a table could be anything), or
-/// as a packed one may. Reads the first bytes of a regular file; pipes are left alone.
-[[nodiscard]] bool looks_like_recording(const std::string& path);
+/// The format of recordings whose files begin with `head` and have `size` bytes. Nothing for a table, which
+/// could be anything, for a packed file, and for any other file. 64 KiB of a head are enough.
+[[nodiscard]] std::optional<LogFormat> format_of_head(ByteSpan head, std::uint64_t size);
 
 /// Problems by their key, in the order they were first seen; what happens often is counted, not repeated.
 class LogProblems {

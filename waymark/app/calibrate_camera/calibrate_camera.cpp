@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
-#include "waymark/media/video_format.hpp"
 
 namespace waymark {
 
@@ -172,7 +172,7 @@ class PictureChoice {
       without_ = copy_of(image);
       without_name_ = report.image;
     }
-    if (report.stamp && looks_like_video(inputs_[index].path))
+    if (report.stamp && kind_of(inputs_[index].path) == FileKind::Video)
       filmed_.push_back(std::move(picture));
     else if (fits_)
       fits_ = add_picture(std::move(picture), seen_);
@@ -214,9 +214,10 @@ class PictureChoice {
 };
 
 Result<SeenPictures> from_detections(const std::string& path) {
-  const auto text = read_text_file(path == "-" ? "/dev/stdin" : path, kMaxTextBytes);
+  const auto text = or_wrong_kind(read_text_file(path == "-" ? "/dev/stdin" : path, kMaxTextBytes), path,
+                                  FileUse::Detections);
   if (!text) return tl::unexpected(text.error());
-  auto reports = parse_reports(*text, path);
+  auto reports = or_wrong_kind(parse_reports(*text, path), path, FileUse::Detections);
   if (!reports) return tl::unexpected(reports.error());
   SeenPictures seen;
   for (PictureReport& report : *reports)

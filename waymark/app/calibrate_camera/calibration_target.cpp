@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/families/family.hpp"
@@ -40,7 +41,10 @@ Result<TagMap> tags_of(const TargetOptions& options) {
   if (board != options.map.empty())
     return fail(ErrorCode::InvalidArgument,
                 "give either the board (`cols`, `rows`, `tag_size_m`) or a map of tags (`map`)");
-  if (!options.map.empty()) return read_map(options.map).map([](const MapFile& map) { return map.tags; });
+  if (!options.map.empty())
+    return or_wrong_kind(read_map(options.map), options.map, FileUse::OwnMap).map([](const MapFile& map) {
+      return map.tags;
+    });
   if (options.columns < 1 || options.rows < 1 || !is_tag_size(options.tag_size_m))
     return fail(ErrorCode::InvalidArgument,
                 "a board has `cols` and `rows` of 1 or more and a `tag_size_m` above 0", {},

@@ -138,9 +138,10 @@ void put(std::FILE* file, std::string_view text) {
 
 }  // namespace
 
-Console::Console(std::string verb, std::FILE* out, std::FILE* err, HasFlag has_flag)
+Console::Console(std::string verb, std::FILE* out, std::FILE* err, HasFlag has_flag, HasFlag has_own)
     : verb_(std::move(verb)),
       has_flag_(std::move(has_flag)),
+      has_own_(has_own ? std::move(has_own) : has_flag_),
       out_(out),
       err_(err),
       watched_(isatty(fileno(err)) == 1) {}
@@ -237,7 +238,9 @@ ExitCode fail_by_kind(const Error& error, Console& console) {
   return error.code == ErrorCode::InvalidArgument ? fail_usage(error, console) : fail_with(error, console);
 }
 
-ExitCode fail_usage(const Error& error, Console& console) { return console.failed(error, ExitCode::Usage); }
+ExitCode fail_usage(const Error& error, Console& console) {
+  return console.failed(error, error.place.source.empty() ? ExitCode::Usage : exit_code_of(error));
+}
 
 JobControl control_from(Console& console) {
   JobControl control;

@@ -50,8 +50,10 @@ enum class ExitCode : std::uint8_t {
 class Console {
  public:
   /// `verb` introduces what is said ("waymark detect: …"). Fields that texts name are written as flags of the
-  /// program (with_flags()); without `has_flag` they stay.
-  explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr, HasFlag has_flag = {});
+  /// program (with_flags()), the field of an error as a flag of the verb (`has_own`; an input keeps its
+  /// name); without `has_flag` they stay.
+  explicit Console(std::string verb, std::FILE* out = stdout, std::FILE* err = stderr, HasFlag has_flag = {},
+                   HasFlag has_own = {});
 
   /// Results; passed on at once, so that what was printed survives whatever comes later.
   void print(std::string_view text);
@@ -60,7 +62,7 @@ class Console {
   /// One line of words: "waymark detect: words".
   void say(std::string_view words);
   /// The same of an error, whose field is named as the flag that sets it (naming_flag()).
-  void say(const Error& error) { say(to_string(naming_flag(error, has_flag_))); }
+  void say(const Error& error) { say(to_string(naming_flag(error, has_own_))); }
   /// Says it, and gives back the code: `return console.failed(error, ExitCode::Usage);`
   [[nodiscard]] ExitCode failed(const Error& error, ExitCode code) {
     say(error);
@@ -94,6 +96,7 @@ class Console {
 
   std::string verb_;
   HasFlag has_flag_;
+  HasFlag has_own_;
   std::FILE* out_;
   std::FILE* err_;
   bool watched_ = false;
@@ -115,7 +118,8 @@ class Console {
 /// Says the error: of what makes no sense (InvalidArgument) 2, else as fail_with().
 [[nodiscard]] ExitCode fail_by_kind(const Error& error, Console& console);
 
-/// Says the error: the command line makes no sense.
+/// Prints the error: 2 as the command line makes no sense, 1 where the error is of a file or a device
+/// (exit_code_of()).
 [[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
 
 /// A job's progress and notes go to the console, and Ctrl-C cancels it.

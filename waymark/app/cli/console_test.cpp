@@ -64,6 +64,35 @@ TEST(ExitCodeOf, IsUsageWhereAFieldIsWrongAndFailureWhereAFileIs) {
   EXPECT_EQ(code({}), ExitCode::SomeFailed);
 }
 
+TEST(FailUsage, IsAFailureWhereTheErrorIsOfAFile) {
+  std::FILE* err = std::tmpfile();
+  ASSERT_NE(err, nullptr);
+  Console console("waymark x", stdout, err);
+  const auto code = [&](const Place& place) {
+    return fail_usage({ErrorCode::InvalidArgument, "m", place, {}}, console);
+  };
+  EXPECT_EQ(code({}), ExitCode::Usage);
+  EXPECT_EQ(code({.key = "world"}), ExitCode::Usage);
+  EXPECT_EQ(code({.source = "map", .key = "`route`"}), ExitCode::Usage);
+  EXPECT_EQ(code({.source = "robot.yaml", .line = 3, .key = "limits"}), ExitCode::SomeFailed);
+  std::fclose(err);
+}
+
+TEST(Console, NamesAnErrorByTheFlagOfItsVerbAndAnInputByItsName) {
+  const auto has_flag = [](std::string_view flag) { return flag == "--world" || flag == "--map"; };
+  const auto has_own = [](std::string_view flag) { return flag == "--map"; };
+  std::FILE* err = std::tmpfile();
+  ASSERT_NE(err, nullptr);
+  Console console("waymark x", stdout, err, has_flag, has_own);
+  console.say(Error{ErrorCode::NotFound, "none", {.key = "world"}, "Give `world`."});
+  console.say(Error{ErrorCode::NotFound, "none", {.key = "map"}, {}});
+  std::rewind(err);
+  std::string text(200, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), err));
+  std::fclose(err);
+  EXPECT_EQ(text, "waymark x: (world): none. Give --world.\nwaymark x: (--map): none\n");
+}
+
 TEST(Console, SaysFieldsAsFlags) {
   const auto has_flag = [](std::string_view flag) { return flag == "--route" || flag == "--map"; };
   std::FILE* err = std::tmpfile();

@@ -25,8 +25,7 @@ Settings::Settings(CLI::App& app)
              ->type_name("SECTION.KEY=VALUE")
              ->allow_extra_args(false);
   app.callback([this] {
-    if (const Status loaded = load(config_path_, sets_); !loaded)
-      throw CLI::ValidationError(to_string(loaded.error()));
+    if (const Status loaded = load(config_path_, sets_); !loaded) throw SettingsError(loaded.error());
   });
   app.footer([this, &app]() -> std::string {
     const CLI::Option* all = app.get_help_all_ptr();
@@ -104,7 +103,7 @@ void arrange(CLI::Option& option, const JobField& field) {
   if (!field.usual.empty()) option.default_str(std::string(field.usual));
   if (field.has_commas) option.delimiter(',');
   if (field.is_repeated) option.allow_extra_args(false);
-  if (field.count > 0) option.expected(field.count);
+  if (field.count > 0) exactly(field.count)(option);
 }
 
 CLI::Validator recording_name() {

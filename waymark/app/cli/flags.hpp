@@ -35,6 +35,13 @@ struct SettingOnlyKey {
   std::string sentence;  ///< with its range
 };
 
+/// What Settings throws while the command line is parsed.
+struct SettingsError : CLI::ValidationError {
+  explicit SettingsError(waymark::Error why) : CLI::ValidationError(to_string(why)), error(std::move(why)) {}
+
+  waymark::Error error;
+};
+
 /// The options of a verb by their names: --config FILE.yaml and --set SECTION.KEY=VALUE, the layers below the
 /// flags. What the sections do not have is refused while the command line is parsed, with its place. Must
 /// stay where it is while the command line is parsed.
@@ -236,6 +243,10 @@ inline constexpr auto kShown = [](CLI::Option& option) { option.capture_default_
 inline constexpr auto kRequired = [](CLI::Option& option) { option.required(); };
 /// Only --help-all shows it.
 inline constexpr auto kMore = [](CLI::Option& option) { option.group(kMoreGroup); };
+/// So many values, no more: the next word is an input.
+[[nodiscard]] inline auto exactly(int count) {
+  return [count](CLI::Option& option) { option.expected(count)->allow_extra_args(false); };
+}
 /// Several values in one word, with commas between them.
 inline constexpr auto kByCommas = [](CLI::Option& option) { option.delimiter(','); };
 

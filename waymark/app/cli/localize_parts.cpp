@@ -1,7 +1,5 @@
 #include "waymark/app/cli/localize_parts.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "waymark/app/common/report_fields.hpp"
 
 namespace waymark::cli {
@@ -31,9 +29,9 @@ Status MethodFlags::apply(LocalizationKind& method, RiekfOptions& filter, Anchor
   return status;
 }
 
-ExitCode show_localized(const LocalizeReport& report, LocalizationKind method, bool json,
-                        const std::vector<std::string>& warnings, Console& console) {
-  console.print(json ? json_line(to_json(method, report)) : to_text(report));
+ExitCode show_localized(const LocalizeReport& report, bool json, const std::vector<std::string>& warnings,
+                        Console& console) {
+  console.print(json ? json_line(fields(report)) : to_text(report));
   for (const std::string& warning : warnings) console.say("warning: " + warning);
   for (const std::string& problem : report.problems) console.say(problem);
   for (const std::string& doubt : doubts_about(report)) console.say(doubt);

@@ -30,8 +30,8 @@ class MethodFlags {
 };
 
 /// Prints the report, the warnings and what is doubtful about it; its exit code.
-ExitCode show_localized(const LocalizeReport& report, LocalizationKind method, bool json,
-                        const std::vector<std::string>& warnings, Console& console);
+ExitCode show_localized(const LocalizeReport& report, bool json, const std::vector<std::string>& warnings,
+                        Console& console);
 
 /// Ends also where nobody reads the lines any more.
 [[nodiscard]] JobControl control_of_lines(Console& console);

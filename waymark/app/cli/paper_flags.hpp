@@ -4,7 +4,6 @@
 #include <vector>
 
 #include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/flags.hpp"
@@ -41,7 +40,7 @@ class PaperFlags {
     files.format = *plot::format_of(files.path);
     files.target = target;
     const WrittenPages written = write_pages(pages, files, control_from(console));
-    if (json_) console.print(json_line(to_json(layout, written.files)));
+    if (json_) console.print(json_line(fields(Printed<Layout>{layout, written.files})));
     if (!written.status) return fail_writing(written.status.error(), console);
     if (!json_) console.print(to_text(layout, written.files));
     if (!words.empty()) console.say(words);

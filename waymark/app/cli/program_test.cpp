@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,6 +17,7 @@ namespace waymark::cli {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 struct SomeOptions {
   double tag_size_m = 0.5;
@@ -55,6 +57,22 @@ Run prepare_count(CLI::App& app) {
     console.print(fmt::format("1 to {}\n", *last));
     return ExitCode::Ok;
   };
+}
+
+struct PlaceJob {
+  std::vector<double> start = {};
+  std::vector<std::string> logs = {};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.start, JobField("start NUMBER", "Where it begins.").parts(3));
+    visit(self.logs, JobField("logs LOG", "Recordings.").input());
+  }
+};
+
+ExitCode place(const PlaceJob& job, Console& console) {
+  console.print(fmt::format("{}: {}\n", fmt::join(job.start, " "), fmt::join(job.logs, " ")));
+  return ExitCode::Ok;
 }
 
 Run prepare_throw(CLI::App& /*app*/) {
@@ -103,7 +121,8 @@ Outcome run(std::vector<std::string> words, std::FILE* out_or_null = nullptr) {
                       .prepare = prepare_show,
                       .usual_verb =
                           [](const auto& words) { return has_word(words, "--up-to") ? "count" : "show"; }},
-                     {.name = "count", .sentence = "C.", .help = "", .prepare = prepare_count}}}}};
+                     {.name = "count", .sentence = "C.", .help = "", .prepare = prepare_count}}},
+          {.name = "place", .sentence = "Takes a place.", .help = "", .prepare = prepared_job(place)}}};
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::tmpfile(), std::fclose);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> err(std::tmpfile(), std::fclose);
   Outcome outcome;
@@ -133,7 +152,7 @@ TEST(Program, ValuesOutsideTheirRangeAreUsageErrors) {
 
 TEST(Program, MisspeltWordsGetTheNearestOne) {
   EXPECT_EQ(run({"shwo"}).err, "prog: unknown verb 'shwo'. Did you mean 'show'? See `prog --help`.\n");
-  EXPECT_THAT(run({"xyzzy"}).err, HasSubstr("Known: show, throw, deep, usual, beside."));
+  EXPECT_THAT(run({"xyzzy"}).err, HasSubstr("Known: show, throw, deep, usual, beside, place."));
   EXPECT_EQ(run({"deep", "sow"}).err,
             "prog deep: unknown verb 'sow'. Did you mean 'show'? See `prog deep --help`.\n");
   EXPECT_EQ(run({"show", "--tag-size", "1"}).err,
@@ -163,8 +182,62 @@ TEST(Program, AVerbThatIsLeftOutIsFoundByTheLine) {
   EXPECT_THAT(run({"usual", "--help"}).out, HasSubstr("count"));
   EXPECT_THAT(run({"help", "usual", "count"}).out, HasSubstr("--up-to"));
   EXPECT_EQ(run({"usual", "--count=2", "--up-to", "5"}).code, 2) << "of two verbs";
-  EXPECT_THAT(run({"deep", "--careful", "show"}).err,
-              HasSubstr("the flag '--careful' belongs after `prog deep show`."));
+}
+
+TEST(Program, AVerbMayBeNamedAfterFlags) {
+  EXPECT_EQ(run({"usual", "--up-to", "5", "count"}).out, "1 to 5\n");
+  EXPECT_EQ(run({"deep", "--count", "3", "--careful", "show"}).out, "0.5 3 true yes\n");
+  EXPECT_EQ(run({"usual", "--word", "count"}).out, "0.5 7 true count\n") << "the value of a flag is no verb";
+  EXPECT_EQ(run({"deep", "--word", "no", "sow"}).err,
+            "prog deep: unknown verb 'sow'. Did you mean 'show'? See `prog deep --help`.\n");
+  EXPECT_EQ(run({"deep", "--careful"}).err,
+            "prog deep: no verb given. Known: show. See `prog deep --help`.\n");
+  EXPECT_EQ(run({"--count", "3", "show"}).err,
+            "prog: the flag '--count' belongs after `prog show`. See `prog --help`.\n");
+}
+
+TEST(Program, AMisspeltVerbIsNotTakenForAnInput) {
+  const char* message =
+      "prog usual: 'coutn' is neither a verb nor a file. Did you mean `prog usual count`? See `prog usual "
+      "--help`.\n";
+  for (const auto& words : {std::vector<std::string>{"usual", "coutn"},
+                            {"usual", "coutn", "lap.mcap"},
+                            {"usual", "--up-to", "5", "coutn", "lap.mcap"}}) {
+    EXPECT_EQ(run(words).err, message);
+    EXPECT_EQ(run(words).code, 2);
+  }
+  EXPECT_THAT(run({"usual", "./coutn"}).err, HasSubstr("./coutn")) << "a path is an input";
+  EXPECT_THAT(run({"usual", "./coutn"}).err, Not(HasSubstr("Did you mean")));
+}
+
+TEST(Program, AFlagWithoutItsValueIsNamed) {
+  EXPECT_EQ(run({"show", "--count"}).err,
+            "prog show: --count needs a value (INTEGER). See `prog show --help`.\n");
+  for (const auto& words : {std::vector<std::string>{"show", "--word", "--count", "3"},
+                            {"show", "--word", ""},
+                            {"show", "--word=", "--count", "3"},
+                            {"show", "--word", "--"}}) {
+    EXPECT_EQ(run(words).err, "prog show: --word needs a value (TEXT). See `prog show --help`.\n");
+    EXPECT_EQ(run(words).code, 2);
+  }
+  EXPECT_THAT(run({"show", "--count", "-3"}).err, HasSubstr("(--count): -3 is outside")) << "a number";
+  EXPECT_THAT(run({"place", ""}).err, HasSubstr("an input is empty"));
+}
+
+TEST(Program, AListOfSoManyPartsTakesNoMore) {
+  EXPECT_EQ(run({"place", "--start", "1", "-2", "3", "lap.mcap", "b"}).out, "1 -2 3: lap.mcap b\n");
+  EXPECT_EQ(run({"place", "lap.mcap", "--start", "1", "-2", "3"}).out, "1 -2 3: lap.mcap\n");
+  EXPECT_EQ(run({"place", "lap.mcap", "--start", "1", "2"}).err,
+            "prog place: --start needs 3 values (NUMBER). See `prog place --help`.\n");
+  EXPECT_THAT(run({"place", "--start", "1", "2", "3", "--start", "1", "2", "3"}).err,
+              HasSubstr("(--start): given more than once"));
+}
+
+TEST(Program, AFileOfOptionsThatIsNotUsableIsAFailure) {
+  const Outcome missing = run({"show", "--config", "none.yaml"});
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_EQ(missing.err, "prog show: none.yaml: there is no such file. Check the path.\n");
+  EXPECT_EQ(run({"show", "--set", "some.cuont=3"}).code, 2) << "is on the line";
 }
 
 TEST(Program, ALineMayMeanTheVerbBesideTheOneItNames) {

@@ -66,7 +66,7 @@ Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& pic
     return status;
   }
   const char* why = "without pictures there is no camera to set";
-  const char* hint = "Add --images, or leave out the options of camera and scene.";
+  const char* hint = "Leave out the options of camera and scene, or add --images where there is that flag.";
   Status status = refuse(camera_, why, hint);
   return status ? refuse(scene_, why, hint) : status;
 }
@@ -81,11 +81,15 @@ std::vector<std::string> SceneFlags::as_words(const SetupFlags& setup, bool imag
   return words;
 }
 
-PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects)
-    : app_(settings.app()), scene_(settings, reach) {
+PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects, Pictures pictures)
+    : app_(settings.app()), scene_(settings, pictures == Pictures::Never ? Reach::SettingsOnly : reach) {
   CLI::App& app = settings.app();
   words_.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
-  app.add_flag("--images", words_.images, "Render camera pictures and detect tags in them");
+  words_.images = pictures == Pictures::Always;
+  if (pictures != Pictures::Never)
+    add_flag(app, "--images", words_.images,
+             pictures == Pictures::Always ? "Render camera pictures: always on here"
+                                          : "Render camera pictures and detect tags in them");
   if (detects)
     add_option(app, "--threads INTEGER", words_.threads,
                "Number of threads that render pictures and detect tags; the result does not depend on it. "

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -79,12 +80,16 @@ class SceneFlags {
   OptionFlags<SceneOptions> scene_;
 };
 
+/// Whether a simulated robot has pictures.
+enum class Pictures : std::uint8_t { OnDemand, Always, Never };
+
 /// The flags --images, --threads, --faults, and the camera and the scene. Must stay where it is while the
 /// command line is parsed.
 class PictureFlags {
  public:
-  /// Without `detects` nothing is detected, and there is no --threads.
-  PictureFlags(Settings& settings, Reach reach, bool detects = true);
+  /// Without `detects` nothing is detected, and there is no --threads. Where there are never pictures, there
+  /// is no --images, and the options of camera and scene are those that a file may hold for other verbs.
+  PictureFlags(Settings& settings, Reach reach, bool detects = true, Pictures pictures = Pictures::OnDemand);
   PictureFlags(const PictureFlags&) = delete;
   PictureFlags& operator=(const PictureFlags&) = delete;
 

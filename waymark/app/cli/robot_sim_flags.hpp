@@ -15,7 +15,8 @@ enum class PlantFlag : std::uint8_t { Shown, None };
 /// --plant. Must stay where it is while the command line is parsed.
 class RobotSimFlags {
  public:
-  explicit RobotSimFlags(CLI::App& verb, PlantFlag plant = PlantFlag::Shown);
+  explicit RobotSimFlags(CLI::App& verb, PlantFlag plant = PlantFlag::Shown,
+                         Pictures pictures = Pictures::OnDemand);
   RobotSimFlags(const RobotSimFlags&) = delete;
   RobotSimFlags& operator=(const RobotSimFlags&) = delete;
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -56,6 +57,15 @@ template <class Args>
 template <IsReport Report>
 [[nodiscard]] ReportFields report_of() {
   return fields(Report{});
+}
+/// The same where --json prints one of several reports: each key once, with the sentence of the first.
+template <IsReport... Reports>
+[[nodiscard]] ReportFields report_of_any() {
+  ReportFields all;
+  for (const ReportFields& one : {fields(Reports{})...})
+    for (const ReportField& field : one)
+      if (std::ranges::find(all, field.name, &ReportField::name) == all.end()) all.push_back(field);
+  return all;
 }
 
 // One line a verb; main.cpp lists them.

@@ -1,13 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/samples/robot_samples.hpp"
@@ -21,9 +21,19 @@ namespace waymark {
 /// "  12.340  odometry   x 1.200 m, y …"; seconds since `start`.
 [[nodiscard]] std::string to_text(const Sample& sample, SensorTime start);
 
-/// {"kind": …, "stamp_ns": …, …}; keys carry units. Pictures by their size, not their pixels; what is not a
-/// number is null.
-[[nodiscard]] nlohmann::ordered_json to_json(const Sample& sample);
+/// `kind`, `stamp_ns` and the values of that kind. Pictures by their size, not their pixels. In JSON a
+/// non-finite number is null.
+[[nodiscard]] ReportFields fields(const Sample& sample);
+
+/// A message as it is in the file, without its data.
+struct PlayedMessage {
+  std::string topic{};
+  std::string type{};
+  std::uint64_t log_time_ns = 0;
+  std::uint64_t publish_time_ns = 0;
+  std::size_t size_bytes = 0;
+};
+[[nodiscard]] ReportFields fields(const PlayedMessage& message);
 
 /// A part of a recording.
 struct LogPart {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/detect/annotated_pictures.hpp"
@@ -126,12 +125,6 @@ Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& fin
     summary.annotations_failed = true;
   }
   return summary;
-}
-
-nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses, bool with_covariance) {
-  nlohmann::ordered_json json = to_json(report, with_covariance);
-  for (std::size_t k = 0; k < poses.size(); ++k) add_to_json(json["detections"][k], poses[k]);
-  return json;
 }
 
 namespace {

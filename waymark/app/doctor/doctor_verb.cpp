@@ -10,11 +10,7 @@ struct DoctorArgs : JobArgs<DoctorJob> {
 
 ExitCode examine(const DoctorArgs& args, Console& console) {
   const auto report = run_doctor(args.job, interrupted);
-  if (!report) {
-    const ErrorCode code = report.error().code;  // a file or profile that is named wrongly, too
-    const bool usage = code == ErrorCode::InvalidArgument || code == ErrorCode::NotFound;
-    return console.failed(report.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
-  }
+  if (!report) return fail_by_kind(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   return any_failed(*report) ? ExitCode::SomeFailed : ExitCode::Ok;
 }

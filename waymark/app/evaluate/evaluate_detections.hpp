@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/flag_refusals.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/evaluation/detections.hpp"
 
@@ -55,8 +54,9 @@ struct EvaluateDetectionsReport {
                                                                    const TagFinder& finder,
                                                                    const JobControl& control);
 
-/// The JSON output of evaluate detections (docs/reference/cli.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const DetectionScores& scores);
+[[nodiscard]] ReportFields fields(const DetectionScores& scores);
+[[nodiscard]] ReportFields fields(const CornerScores& corners);
+[[nodiscard]] ReportFields fields(const CornerConsistency& consistency);
 
 /// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the
 /// sums.

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/config/yaml/map_file.hpp"
@@ -140,7 +141,7 @@ Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job, const
     inputs.motion = std::move(*motion);
   }
   if (!job.map.empty()) {
-    const Result<MapFile> map = read_map(job.map);
+    const Result<MapFile> map = or_wrong_kind(read_map(job.map), job.map, FileUse::OwnMap);
     if (!map) return tl::unexpected(map.error());
     inputs.tags = map->tags;
   }
@@ -341,7 +342,7 @@ namespace {
 
 std::vector<Odometry> odometry_of(const std::string& path, const JobControl& control) {
   std::vector<Odometry> all;
-  if (!looks_like_recording(path)) return all;
+  if (!is_recording(kind_of(path))) return all;
   const auto log = open_log(path, control.log_options());
   if (!log) return all;
   const Status read = (*log)->visit_samples({.topics = {topics::kOdometry}}, [&](const Sample& sample) {

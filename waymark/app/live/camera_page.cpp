@@ -146,7 +146,7 @@ void CameraPage::publish_text(const CameraPicture& seen, const PoseList& poses) 
   ordered_json tags = ordered_json::array();
   for (std::size_t i = 0; i < seen.found.detections.size(); ++i) {
     ordered_json tag{{"tag", to_string(seen.found.detections[i].tag)}};
-    if (i < poses.size()) add_to_json(tag, poses[i]);
+    if (i < poses.size()) tag.update(to_json(pose_fields(poses[i])));
     tags.push_back(std::move(tag));
   }
   const CameraCounts counts = camera_.counts();

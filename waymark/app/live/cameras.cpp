@@ -39,7 +39,7 @@ Result<bool> are_cameras(const std::vector<std::string>& sources) {
                 "Run the program once for the files, and once for the cameras.");
   for (auto source = sources.begin(); live && source != sources.end(); ++source)
     if (std::find(sources.begin(), source, *source) != source)
-      return fail(ErrorCode::InvalidArgument, "this camera is named twice", {.source = *source},
+      return fail(ErrorCode::InvalidArgument, "this camera is named twice", {.key = *source},
                   "Name each camera once.");
   return live;
 }
@@ -49,13 +49,13 @@ Result<CameraAddress> parse_camera_address(const std::string& word, const std::s
   const bool named = !is_camera_address(word) && sign != std::string::npos;
   CameraAddress camera{named ? word.substr(0, sign) : name, named ? word.substr(sign + 1) : word};
   if (is_camera_address(camera.address) && !camera.name.empty()) return camera;
-  return fail(ErrorCode::InvalidArgument, "this is no address of a camera", {.source = word},
+  return fail(ErrorCode::InvalidArgument, "this is no address of a camera", {.key = word},
               "For example v4l2:/dev/video0 or left=v4l2:/dev/video2; `waymark cameras` lists them.");
 }
 
 Result<std::unique_ptr<LiveCamera>> open_live_camera(const std::string& address, const std::string& name) {
   if (!is_camera_address(address))
-    return fail(ErrorCode::InvalidArgument, "this is no address of a camera", {.source = address},
+    return fail(ErrorCode::InvalidArgument, "this is no address of a camera", {.key = address},
                 "For example v4l2:/dev/video0; `waymark cameras` lists them.");
   if (address.starts_with(kGstreamerScheme)) {
     auto camera = GstreamerCamera::open(address.substr(kGstreamerScheme.size()), name);

@@ -84,7 +84,11 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
     const std::string begin = std::string(kind.name) + ":";
     if (!robot.starts_with(begin)) continue;
     const auto start = kind.start(robot.substr(begin.size()), robot_file);
-    if (!start) return tl::unexpected(start.error());
+    if (!start) {
+      Error error = start.error();
+      if (error.place.source.empty()) error.place.key = "robot";
+      return tl::unexpected(std::move(error));
+    }
     Result<RobotSetup> setup = load_setup(world, start->robot_file, seed);
     if (setup) {
       setup->process = start->process;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/faults_file.hpp"
@@ -22,10 +23,10 @@ struct Found {
   std::string text;
 };
 
-Result<Found> find(const char* folder, const std::string& name) {
+Result<Found> find(const char* folder, const std::string& name, FileUse use) {
   const auto path = find_shared(folder, name);
   if (!path) return tl::unexpected(path.error());
-  const auto text = read_text_file(*path, kMostBytes);
+  const auto text = or_wrong_kind(read_text_file(*path, kMostBytes), *path, use);
   if (!text) return tl::unexpected(text.error());
   return Found{path->string(), *text};
 }
@@ -49,15 +50,22 @@ SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t see
 
 Result<RobotSetup> load_setup(const std::string& world_name, const std::string& robot_file,
                               std::uint64_t seed) {
-  Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name);
+  Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name, FileUse::World);
   if (!world_file) return tl::unexpected(world_file.error());
-  Result<World> world = world_name.empty() ? World() : parse_world(world_file->text, world_file->path);
+  Result<World> world = world_name.empty() ? World()
+                                           : or_wrong_kind(parse_world(world_file->text, world_file->path),
+                                                           world_file->path, FileUse::World);
   if (!world) return tl::unexpected(world.error());
   const Result<std::string> robot_name = name_of_robot(robot_file, *world_file);
   if (!robot_name) return tl::unexpected(robot_name.error());
-  const Result<Found> robot_text = find("robots", *robot_name);
-  if (!robot_text) return tl::unexpected(robot_text.error());
-  const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
+  const Result<Found> robot_text = find("robots", *robot_name, FileUse::Robot);
+  if (!robot_text) {
+    Error error = robot_text.error();
+    if (robot_file.empty() && error.place.source.empty()) error.place = {world_file->path, {}, {}, "robot"};
+    return tl::unexpected(std::move(error));
+  }
+  const auto robot =
+      or_wrong_kind(parse_robot(robot_text->text, robot_text->path), robot_text->path, FileUse::Robot);
   if (!robot) return tl::unexpected(robot.error());
   return RobotSetup{.simulated = {.world = std::move(*world),
                                   .model = robot->model,
@@ -86,7 +94,8 @@ Status describe_simulated(const SimulatedWords& words, const GivenFlags& given, 
   if (!refused.status()) return refused.status();
   setup.simulated.threads = words.threads;
   if (words.faults.empty()) return {};
-  auto faults = read_faults(words.faults, setup.simulated.world);
+  auto faults =
+      or_wrong_kind(read_faults(words.faults, setup.simulated.world), words.faults, FileUse::Faults);
   if (!faults) return tl::unexpected(faults.error());
   setup.simulated.robot.faults = std::move(*faults);
   return {};

@@ -45,7 +45,7 @@ Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given) {
     return fail(ErrorCode::InvalidArgument, "the anchor and the size of the tags are not known",
                 {.key = given.anchor.empty() ? "anchor" : "tag_size_m"},
                 "For example `anchor=0` `tag_size_m=0.16`.");
-  const auto anchor = tag_named(given.anchor);
+  const auto anchor = tag_named(given.anchor, "anchor");
   if (!anchor) return tl::unexpected(anchor.error());
   place_lone_anchor(setup.simulated.world, *anchor, given.tag_size_m);
   return {};

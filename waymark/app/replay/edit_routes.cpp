@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/base/message_text.hpp"
@@ -119,7 +118,7 @@ Result<NamedRoutes> all_routes(const fs::path& folder) {
   for (const std::string& name : names) {
     Result<Route> route = read_route(folder / route_file_name(name));
     if (!route) return tl::unexpected(route.error());
-    routes.emplace_back(name, std::move(*route));
+    routes.push_back({name, std::move(*route)});
   }
   return routes;
 }
@@ -134,18 +133,26 @@ Result<NamedRoutes> edit_routes(const RoutesJob& job) {
   return one ? one_route(job) : all_routes(job.folder);
 }
 
-nlohmann::ordered_json to_json(const std::string& name, const Route& route) {
-  auto stations = nlohmann::ordered_json::array();
-  for (const Station& station : route.stations)
-    stations.push_back(
-        {{"name", station.name}, {"arc_length_m", station.arc_length_m}, {"pause_s", station.pause_s}});
-  const bool reverses =
-      std::ranges::any_of(route.points, [](const RoutePoint& p) { return p.speed_m_s < 0; });
-  return {{"route", name},          {"file", route_file_name(name)}, {"length_m", route.length_m},
-          {"closed", route.closed}, {"reverses", reverses},          {"stations", std::move(stations)}};
+ReportFields fields(const Station& station) {
+  return {{"name", "Name of the station", station.name},
+          {"arc_length_m", "Position along the route", station.arc_length_m},
+          {"pause_s", "Duration of the stop", station.pause_s}};
 }
 
-std::string to_text(const std::string& name, const Route& route) {
+ReportFields fields(const NamedRoute& named) {
+  const Route& route = named.route;
+  const bool reverses =
+      std::ranges::any_of(route.points, [](const RoutePoint& p) { return p.speed_m_s < 0; });
+  return {{"route", "Name of the route; empty: the taught one", named.name},
+          {"file", "File in the folder of the map", route_file_name(named.name)},
+          {"length_m", "Length of the route", route.length_m},
+          {"closed", "Whether the route is closed", route.closed},
+          {"reverses", "Whether the route changes direction", reverses},
+          {"stations", "Stations in order", route.stations}};
+}
+
+std::string to_text(const NamedRoute& named) {
+  const auto& [name, route] = named;
   std::string text = fmt::format("{:<20} {:>8.2f} m, {}\n", name.empty() ? "(taught)" : name, route.length_m,
                                  route.closed ? "closed" : "open");
   for (const Station& station : route.stations)

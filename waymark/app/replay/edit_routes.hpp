@@ -2,11 +2,9 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/samples/route.hpp"
@@ -45,12 +43,16 @@ struct RoutesJob {
   }
 };
 
-/// Name ("" for the taught one) and route.
-using NamedRoutes = std::vector<std::pair<std::string, Route>>;
+struct NamedRoute {
+  std::string name{};  ///< empty: the taught one
+  Route route{};
+};
+using NamedRoutes = std::vector<NamedRoute>;
 
 /// The routes that are asked for, after the change that is asked for was written.
 [[nodiscard]] Result<NamedRoutes> edit_routes(const RoutesJob& job);
-[[nodiscard]] std::string to_text(const std::string& name, const Route& route);
-[[nodiscard]] nlohmann::ordered_json to_json(const std::string& name, const Route& route);
+[[nodiscard]] std::string to_text(const NamedRoute& named);
+[[nodiscard]] ReportFields fields(const NamedRoute& named);
+[[nodiscard]] ReportFields fields(const Station& station);
 
 }  // namespace waymark

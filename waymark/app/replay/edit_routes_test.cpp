@@ -57,7 +57,9 @@ TEST_F(EditRoutes, AStationIsPutMovedAndTaken) {
   ASSERT_EQ(stations().size(), 1U);
   EXPECT_NEAR(stations()[0].arc_length_m, 3, 1e-9) << "the place of the route nearest to the tag";
   EXPECT_EQ(stations()[0].pause_s, 10) << "what is not said again stays";
-  EXPECT_EQ(to_json("", moved->front().second)["stations"][0]["name"], "shelf");
+  EXPECT_EQ(to_json(fields(moved->front())).dump(),
+            R"({"route":"","file":"route.yaml","length_m":4.0,"closed":false,"reverses":false,)"
+            R"("stations":[{"name":"shelf","arc_length_m":3.0,"pause_s":10.0}]})");
   const RoutesJob take{.folder = folder_.string(), .remove = "shelf"};
   ASSERT_TRUE(edit_routes(take));
   EXPECT_TRUE(stations().empty());
@@ -89,8 +91,8 @@ TEST_F(EditRoutes, AllRoutesAreListedTheTaughtOneFirst) {
   const auto routes = edit_routes(job_);
   ASSERT_TRUE(routes) << to_string(routes.error());
   ASSERT_EQ(routes->size(), 2U) << "what was set aside is none";
-  EXPECT_EQ((*routes)[0].first, "");
-  EXPECT_EQ((*routes)[1].first, "best");
+  EXPECT_EQ((*routes)[0].name, "");
+  EXPECT_EQ((*routes)[1].name, "best");
 }
 
 TEST_F(EditRoutes, AnOptimisedRouteStandsBesideTheTaughtOne) {

@@ -6,7 +6,6 @@
 #include <system_error>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
@@ -31,17 +30,6 @@ plot::PathLayer layer(const std::string& name, const Route& route, const TagMap&
   for (std::size_t i = 0; i < route.points.size() + (route.closed ? 1 : 0); ++i)
     result.path.push_back({SensorTime{}, lift(route.points[i % route.points.size()].map_T_base)});
   return result;
-}
-
-nlohmann::ordered_json json_of(const RouteFigures& f) {
-  return {{"lap_s", f.lap_s},
-          {"length_m", f.length_m},
-          {"max_curvature_1_m", f.max_curvature_1_m},
-          {"smoothness_1_m4", f.smoothness_1_m4},
-          {"min_clearance_m", f.min_clearance_m},
-          {"two_tags_fraction", f.two_tags_fraction},
-          {"mean_tags", f.mean_tags},
-          {"largest_offset_m", f.largest_offset_m}};
 }
 
 /// The route with its picture, in the place of what the folder holds of a route of this name.
@@ -108,7 +96,7 @@ Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   if (!robot) return tl::unexpected(robot.error());
   auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, job.profile, job.options);
   if (!found) return tl::unexpected(found.error());
-  OptimizeReport result{.found = std::move(*found)};
+  OptimizeReport result{.name = job.name, .found = std::move(*found)};
   if (job.profile.speed_m_s > 0) {  // the route says it, so that every drive of it asks for it
     for (RoutePoint& point : result.found.route.points)
       point.speed_m_s = std::copysign(job.profile.speed_m_s, point.speed_m_s);
@@ -123,11 +111,23 @@ std::string to_text(const OptimizeJob& job, const OptimizeReport& report) {
          fmt::format("{}: drive it with `{}`\n", report.files.front(), drive_command(job));
 }
 
-nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report) {
-  return {{"route", job.name},
-          {"taught", json_of(report.found.taught)},
-          {"optimized", json_of(report.found.optimized)},
-          {"files", report.files}};
+ReportFields fields(const RouteFigures& figures) {
+  return {
+      {"lap_s", "Duration of a lap by the speed profile", figures.lap_s},
+      {"length_m", "Length of the route", figures.length_m},
+      {"max_curvature_1_m", "Largest curvature", figures.max_curvature_1_m},
+      {"smoothness_1_m4", "Mean square of the change of curvature along the route", figures.smoothness_1_m4},
+      {"min_clearance_m", "Distance in space from the hull to the nearest tag", figures.min_clearance_m},
+      {"two_tags_fraction", "Share of the route with two tags or more in view", figures.two_tags_fraction},
+      {"mean_tags", "Mean number of tags in view along the route", figures.mean_tags},
+      {"largest_offset_m", "Largest distance from the taught route", figures.largest_offset_m}};
+}
+
+ReportFields fields(const OptimizeReport& report) {
+  return {{"route", "Name of the new route", report.name},
+          {"taught", "The taught route", report.found.taught},
+          {"optimized", "The new route", report.found.optimized},
+          {"files", "Files that were written", report.files}};
 }
 
 std::string to_text(const OptimizedRoute& found) {

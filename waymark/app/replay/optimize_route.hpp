@@ -3,8 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/replay/route_optimizer.hpp"
 
@@ -28,6 +27,7 @@ struct OptimizeJob {
 [[nodiscard]] Result<OptimizerOptions> read_weights(const std::string& path);
 
 struct OptimizeReport {
+  std::string name{};  ///< of the new route
   OptimizedRoute found{};
   std::vector<std::string> files{};      ///< that were written
   std::vector<std::string> set_aside{};  ///< what stood there before, and has a number in its name now
@@ -42,6 +42,7 @@ struct OptimizeReport {
 [[nodiscard]] std::string to_text(const OptimizedRoute& found);
 /// The same of a report, with the file and the command that drives it.
 [[nodiscard]] std::string to_text(const OptimizeJob& job, const OptimizeReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report);
+[[nodiscard]] ReportFields fields(const OptimizeReport& report);
+[[nodiscard]] ReportFields fields(const RouteFigures& figures);
 
 }  // namespace waymark

@@ -39,7 +39,7 @@ TEST_F(OptimizeRoute, TheNewRouteIsFasterAndKeepsItsDistanceAndBelongsToTheMap) 
   const Route route = read_route(folder_ / "route-best.yaml").value();
   EXPECT_TRUE(check_map(route, test::circuit().tags, "route-best.yaml"));
   EXPECT_FALSE(route.map_tags.empty()) << "it notes by which map it was made";
-  const auto json = to_json(job_, *report);
+  const auto json = to_json(fields(*report));
   EXPECT_EQ(json["route"], "best");
   EXPECT_EQ(json["files"].size(), 2U);
   for (const auto& file : json["files"]) EXPECT_TRUE(fs::exists(file.get<std::string>())) << file;

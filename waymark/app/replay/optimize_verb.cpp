@@ -38,14 +38,14 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
   Status status = check_route_name(job.name, "name");
   if (status) status = args.profile.apply(job.profile);
   const auto options = status ? weights_of(args) : tl::unexpected(status.error());
-  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (!options) return fail_usage(options.error(), console);
   job.options = *options;
   const auto report = optimize_route_of(job);
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   if (!report->set_aside.empty())
     console.say(fmt::format("what stood there before has a number in its name now: {}",
                             fmt::join(report->set_aside, ", ")));
-  console.print(args.json ? json_line(to_json(job, *report)) : to_text(job, *report));
+  console.print(args.json ? json_line(fields(*report)) : to_text(job, *report));
   return ExitCode::Ok;
 }
 
@@ -66,7 +66,8 @@ Exit code: 0 a route was written, 1 a file was unusable, 2 wrong usage.
 Example:
   waymark optimize map --name fast --speed-m-s 0.8
 )",
-      .prepare = prepared(optimize)};
+      .prepare = prepared(optimize),
+      .report = report_of<OptimizeReport>};
 }
 
 }  // namespace waymark::cli

@@ -1,7 +1,6 @@
 #include "waymark/app/replay/replay_route.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -9,9 +8,9 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/live/live_robot.hpp"
@@ -198,7 +197,7 @@ Status check_drive(const ReplayJob& job, const Route& route) {
 
 Status take_calibration(const std::string& path, ReplayJob& job) {
   if (path.empty()) return {};
-  Result<Calibration> calibration = read_calibration(path);
+  Result<Calibration> calibration = or_wrong_kind(read_calibration(path), path, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   take_calibrated(*calibration, job.filter);
   // Both are shares of what was asked: wheels that are controlled turn as asked, the robot by the gain less.
@@ -468,17 +467,15 @@ std::string missed_words(const ReplayEnd& end) {
                      counted_reasons(end.missed_tags));
 }
 
-nlohmann::ordered_json missed_json(const ReplayEnd& end) {
-  constexpr std::array<std::pair<MissReason, const char*>, 4> kKeys = {{{MissReason::Outside, "outside"},
-                                                                        {MissReason::TooFaint, "too_faint"},
-                                                                        {MissReason::Blurred, "blurred"},
-                                                                        {MissReason::Occluded, "occluded"}}};
-  nlohmann::ordered_json missed;
-  for (const auto& [reason, key] : kKeys) {
+ReportFields missed_fields(const ReplayEnd& end) {
+  const auto count = [&](MissReason reason) {
     const auto found = end.missed_tags.find(reason);
-    missed[key] = found == end.missed_tags.end() ? 0 : found->second;
-  }
-  return missed;
+    return found == end.missed_tags.end() ? 0 : found->second;
+  };
+  return {{"outside", "Outside the picture after all", count(MissReason::Outside)},
+          {"too_faint", "Too little contrast", count(MissReason::TooFaint)},
+          {"blurred", "Blurred", count(MissReason::Blurred)},
+          {"occluded", "Covered, or not where it is expected", count(MissReason::Occluded)}};
 }
 
 }  // namespace
@@ -507,43 +504,41 @@ std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
 
 bool succeeded(const ReplayReport& report) { return report.end.finished; }
 
-namespace {
-
-nlohmann::ordered_json visits_json(const ReplayReport& report) {
-  auto visits = nlohmann::ordered_json::array();
-  for (const StationVisit& visit : report.visits)
-    visits.push_back({{"name", visit.name},
-                      {"arc_length_m", visit.arc_length_m},
-                      {"arrived_s", to_seconds(visit.arrived.time_since_epoch())},
-                      {"stood_s", visit.stood_s}});
-  return visits;
+ReportFields fields(const StationVisit& visit) {
+  return {{"name", "Name of the station", visit.name},
+          {"arc_length_m", "Position along the route", visit.arc_length_m},
+          {"arrived_s", "Time of arrival by the robot's clock", to_seconds(visit.arrived.time_since_epoch())},
+          {"stood_s", "Time from arrival to departure", visit.stood_s}};
 }
 
-}  // namespace
-
-nlohmann::ordered_json to_json(const ReplayReport& report) {
+ReportFields fields(const ReplayReport& report) {
   const ReplayEnd& end = report.end;
-  const auto judged = [&](auto member) -> nlohmann::ordered_json {
-    if (!report.judgement) return nullptr;
-    return (*report.judgement).*member;
-  };
+  const std::optional<ReplayJudgement>& judged = report.judgement;
   const double two_tags = end.frames > 0 ? static_cast<double>(end.frames_with_two_tags) / end.frames : 0.0;
-  return {{"laps_completed", judged(&ReplayJudgement::laps_completed)},
-          {"finished", end.finished},
-          {"reason", end.reason},
-          {"cross_track_rmse_m", judged(&ReplayJudgement::cross_track_rmse_m)},
-          {"cross_track_p95_m", judged(&ReplayJudgement::cross_track_p95_m)},
-          {"cross_track_max_m", judged(&ReplayJudgement::cross_track_max_m)},
-          {"heading_rmse_deg", judged(&ReplayJudgement::heading_rmse_deg)},
-          {"min_clearance_m", judged(&ReplayJudgement::min_clearance_m)},
-          {"two_tags_fraction", two_tags},
-          {"missed_tags", missed_json(end)},
-          {"stops", end.stops},
-          {"distance_m", judged(&ReplayJudgement::distance_m)},
-          {"lap_s", end.lap_s},
-          {"stations", visits_json(report)},
-          {"wall_s", report.wall_s},
-          {"warnings", report.warnings}};
+  return {
+      {"laps_completed", "Whole laps along the taught path", part(judged, &ReplayJudgement::laps_completed)},
+      {"finished", "Whether the robot drove to the end of its task", end.finished},
+      {"reason", "Why the robot did not drive to the end; empty otherwise", end.reason},
+      {"cross_track_rmse_m",
+       "Distance of the base from the true path of the taught lap (or the route), root mean square",
+       part(judged, &ReplayJudgement::cross_track_rmse_m)},
+      {"cross_track_p95_m", "95th percentile of this distance",
+       part(judged, &ReplayJudgement::cross_track_p95_m)},
+      {"cross_track_max_m", "Largest of these distances", part(judged, &ReplayJudgement::cross_track_max_m)},
+      {"heading_rmse_deg", "Heading relative to the taught one at the nearest point, root mean square",
+       part(judged, &ReplayJudgement::heading_rmse_deg)},
+      {"min_clearance_m", "Distance in space from the hull to the nearest tag",
+       part(judged, &ReplayJudgement::min_clearance_m)},
+      {"two_tags_fraction", "Share of the frames with two tags or more", two_tags},
+      {"missed_tags",
+       "Tags expected by map and pose that were not found, in all pictures that Waymark searches",
+       missed_fields(end)},
+      {"stops", "How often the limiter stopped the robot", end.stops},
+      {"distance_m", "Driven distance", part(judged, &ReplayJudgement::distance_m)},
+      {"lap_s", "Duration of the replay by the robot's clock", end.lap_s},
+      {"stations", "One entry per stop at a station", report.visits},
+      {"wall_s", "Duration of the run", report.wall_s},
+      {"warnings", "What is doubtful about the replay, one sentence each", report.warnings}};
 }
 
 }  // namespace waymark

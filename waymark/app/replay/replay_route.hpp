@@ -9,10 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/replay_setup.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/live/robot_setup.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/base/error.hpp"
@@ -213,7 +212,9 @@ void judge(const RobotSetup& setup, ReplayReport& report);
 [[nodiscard]] std::string to_text(const ReplayReport& report, std::string_view stopped_by = "its caller");
 /// Whether the robot drove the laps it was asked to.
 [[nodiscard]] bool succeeded(const ReplayReport& report);
-[[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);
+/// What `--json` prints; the judgement is null where the ground truth is unknown.
+[[nodiscard]] ReportFields fields(const ReplayReport& report);
+[[nodiscard]] ReportFields fields(const StationVisit& visit);
 
 /// A replay on a robot that is a process, with everything it stands on.
 class LiveReplay {

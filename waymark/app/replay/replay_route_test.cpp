@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
 #include "waymark/app/map/map_recording.hpp"
@@ -230,6 +231,25 @@ TEST_F(ReplayRoute, SeveralLapsNeedAClosedRoute) {
   EXPECT_TRUE(check_drive(job, files->route));
   EXPECT_FALSE(check_drive(job, open));
   EXPECT_NEAR(goal_m(files->route, job), 2 * goal_m(files->route, {.folder = job.folder}), 1e-9);
+}
+
+TEST(ReplayReport, WithoutGroundTruthItIsNotJudged) {
+  ReplayReport report{
+      .visits = {{.name = "shelf", .arc_length_m = 4.5, .arrived = SensorTime(seconds(2)), .stood_s = 3}},
+      .wall_s = 0.5};
+  report.end.frames = 4;
+  report.end.frames_with_two_tags = 1;
+  report.end.missed_tags = {{MissReason::Blurred, 2}};
+  EXPECT_EQ(
+      to_json(fields(report)).dump(),
+      R"({"laps_completed":null,"finished":false,"reason":"","cross_track_rmse_m":null,)"
+      R"("cross_track_p95_m":null,"cross_track_max_m":null,"heading_rmse_deg":null,"min_clearance_m":null,)"
+      R"("two_tags_fraction":0.25,"missed_tags":{"outside":0,"too_faint":0,"blurred":2,"occluded":0},)"
+      R"("stops":0,"distance_m":null,"lap_s":0.0,"stations":[{"name":"shelf","arc_length_m":4.5,)"
+      R"("arrived_s":2.0,"stood_s":3.0}],"wall_s":0.5,"warnings":[]})");
+  report.judgement = ReplayJudgement{.cross_track_rmse_m = 0.25, .laps_completed = 2};
+  EXPECT_EQ(to_json(fields(report))["laps_completed"], 2);
+  EXPECT_EQ(to_json(fields(report))["cross_track_rmse_m"], 0.25);
 }
 
 }  // namespace

@@ -69,7 +69,7 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
       setup->process.empty() ? nullptr : listen_for_stop("replay of " + args.job.folder.string(), console);
   const Result<ReplayReport> report = replay_route(*setup, *job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report, interrupted_by()));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
   if (!succeeded(*report)) console.say(ending(*report, interrupted_by()));
   if (report->end.interrupted) return ExitCode::Interrupted;
@@ -88,7 +88,6 @@ has the last word before the motors: it stops the robot, and says why, when odom
 place is not known well enough, the route is far, a tag or something the lidar sees is near; it drives on when
 the reason is gone, and is given up after five seconds. A robot that was carried and a clock that jumped are
 stops that last. docs/concepts/replay.md explains the controllers and the limits. The judgement is by the truth alone: the base's true way against that of the teach lap.
-Keys of --json: docs/reference/cli.md.
 
 --robot process:CMD drives any robot that a program of yours speaks for (docs/formats/robot-process.md), in
 real time and behind a watchdog: a process of its own that stops the robot when this one is gone or silent.
@@ -103,7 +102,8 @@ Examples:
   waymark replay map --world circuit24 --controller pursuit --speed-m-s 0.4
   waymark replay map --robot "process:python3 my_robot.py" --robot-file my_robot.yaml
 )",
-      .prepare = prepared(replay)};
+      .prepare = prepared(replay),
+      .report = report_of<ReplayReport>};
 }
 
 }  // namespace waymark::cli

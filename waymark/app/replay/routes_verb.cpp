@@ -16,8 +16,7 @@ ExitCode routes(const RoutesArgs& args, Console& console) {
   if (args.given("route") && !job.route) job.route = "";  // an empty name: the taught one
   const Result<NamedRoutes> found = edit_routes(job);
   if (!found) return fail_with(found.error(), console);
-  for (const auto& [name, route] : *found)
-    console.print(args.json ? json_line(to_json(name, route)) : to_text(name, route));
+  for (const NamedRoute& named : *found) console.print(args.json ? json_line(fields(named)) : to_text(named));
   return ExitCode::Ok;
 }
 
@@ -40,7 +39,8 @@ Examples:
   waymark routes map --route kitchen --station door --at-tag 7
   waymark routes map --remove-station shelf
 )",
-      .prepare = prepared(routes)};
+      .prepare = prepared(routes),
+      .report = report_of<NamedRoute>};
 }
 
 }  // namespace waymark::cli

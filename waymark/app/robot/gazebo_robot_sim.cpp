@@ -29,6 +29,11 @@ class GazeboRobotSim {
     Status status;
     for (const GazeboSubscription& one : subscriptions_of(profile_))
       if (status) status = advertise(one);
+    if (status)
+      control.note(
+          fmt::format("publishes {} and the other topics of the profile, and obeys {}, until Ctrl-C; "
+                      "waits for a driver; {}",
+                      profile_.odometry_topic, profile_.command_topic, link_.where()));
     PlantPace pace(steady_now, plant_.uptime(), control.note);
     while (status && !should_stop()) {
       const auto sample = plant_.next();

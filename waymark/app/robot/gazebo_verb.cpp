@@ -8,9 +8,9 @@ namespace {
 
 ExitCode gazebo_robot(const GazeboRobotWords& args, Console& console) {
   const auto profile = find_gazebo_profile(args.profile);
-  if (!profile) return console.failed(profile.error(), ExitCode::Usage);
+  if (!profile) return fail_usage(profile.error(), console);
   const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   const auto link = open_gazebo();
   if (!link) return console.failed(link.error(), ExitCode::SomeFailed);
   const Status status =

@@ -8,7 +8,7 @@ namespace {
 
 ExitCode limo_robot(const LimoRobotWords& args, Console& console) {
   const auto robot = read_named_robot(args.robot_file);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
   if (!drive) return fail_usage(drive.error(), console);
   LimoRobotOptions options = args.options;

@@ -8,9 +8,9 @@ namespace {
 
 ExitCode mbot_robot(const MbotRobotWords& args, Console& console) {
   const auto address = lcm_address(args.address);
-  if (!address) return console.failed(address.error(), ExitCode::Usage);
+  if (!address) return fail_usage(address.error(), console);
   const auto robot = read_named_robot(args.robot_file);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.wire.shares()};
   options.bridge.robot = robot->model.name;
   options.bridge.tag_latency =

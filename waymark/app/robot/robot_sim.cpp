@@ -3,6 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "waymark/app/robot/plant.hpp"
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/mbot/lcm_link.hpp"
@@ -26,6 +28,26 @@ std::vector<std::string> lines_of(const SimWire& wire) {
   if (std::holds_alternative<MbotSimOptions>(wire)) return {"detections"};
   return {};
 }
+
+/// A plant that reports its first command: a driver is connected.
+class ReportingPlant final : public Plant {
+ public:
+  ReportingPlant(Plant& plant, const JobControl& control) : plant_(plant), control_(control) {}
+
+  Result<Sample> next() override { return plant_.next(); }
+  [[nodiscard]] SensorTime now() const override { return plant_.now(); }
+  [[nodiscard]] Duration uptime() const override { return plant_.uptime(); }
+  Status command(const VelocityCommand& command) override {
+    if (!std::exchange(commanded_, true)) control_.note("the first command arrived: a driver is connected");
+    return plant_.command(command);
+  }
+  void finish() override { plant_.finish(); }
+
+ private:
+  Plant& plant_;
+  const JobControl& control_;
+  bool commanded_ = false;
+};
 
 /// Speaks for a plant, on each wire.
 struct Speaker {
@@ -55,6 +77,10 @@ struct Speaker {
     if (Status alone = no_mbot_at(options.address); !alone) return alone;
     const auto link = open_lcm(options.address);
     if (!link) return tl::unexpected(link.error());
+    control.note(fmt::format(
+        "publishes the channels of an MBot on LCM at {0} and obeys MBOT_VEL_CMD, until Ctrl-C; waits for a "
+        "driver (`robot=mbot:{0}`)",
+        options.address));
     return run_mbot_robot_sim(**link, plant, setup, mbot_generation(options.generation), control);
   }
 
@@ -95,7 +121,10 @@ Result<std::unique_ptr<Plant>> make_plant(const SimWire& wire, const RobotSetup&
 
 Status run_robot_sim(const SimWire& wire, Plant& plant, const SimulatedSetup& setup,
                      const std::function<void(const std::string&)>& on_port, const JobControl& control) {
-  return std::visit(Speaker{plant, setup, on_port, control}, wire);
+  if (std::holds_alternative<ProcessSimOptions>(wire))  // who started it reads its notes
+    return std::visit(Speaker{plant, setup, on_port, control}, wire);
+  ReportingPlant reporting(plant, control);
+  return std::visit(Speaker{reporting, setup, on_port, control}, wire);
 }
 
 }  // namespace waymark

@@ -5,7 +5,9 @@ namespace waymark::cli {
 namespace {
 
 struct GazeboSimArgs {
-  explicit GazeboSimArgs(CLI::App& verb) : flags(verb) { add_fields(verb, options); }
+  explicit GazeboSimArgs(CLI::App& verb) : flags(verb, PlantFlag::Shown, Pictures::Always) {
+    add_fields(verb, options);
+  }
 
   RobotSimFlags flags;
   GazeboSimOptions options{};
@@ -23,13 +25,13 @@ Verb robot_sim_gazebo_verb() {
       .sentence = "A robot of Gazebo: stands in for its server",
       .help =
           R"(Publishes the topics that the profile names, as Gazebo's robot does, and obeys its command topic, until Ctrl-C: for
---robot gazebo:PROFILE, where there is no Gazebo server. Those topics carry pictures: --images is needed. IGN_PARTITION
+--robot gazebo:PROFILE, where there is no Gazebo server. Those topics carry pictures, which are always rendered. IGN_PARTITION
 and IGN_IP say where it publishes, as for Gazebo itself. As in Gazebo the last command counts until the next one comes.
 
 Exit code: 0 ended by Ctrl-C, 1 another robot is there, a picture could not be made, or no module for Gazebo, 2 wrong usage.
 
 Example:
-  waymark robot-sim gazebo limo --world circuit24 --robot-file limo-gazebo --images
+  waymark robot-sim gazebo limo --world circuit24 --robot-file limo-gazebo
 )",
       .prepare = prepared(run_gazebo)};
 }

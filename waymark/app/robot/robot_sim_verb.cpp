@@ -25,7 +25,7 @@ Examples:
   waymark robot-sim --world circuit24 < /dev/null | head -3
   waymark teach --robot "process:waymark robot-sim --world circuit24 --lockstep" --world circuit24 -o lap.mcap
   waymark robot-sim ros2 --world circuit24 --images --localhost
-  waymark robot-sim gazebo limo --world circuit24 --robot-file limo-gazebo --images
+  waymark robot-sim gazebo limo --world circuit24 --robot-file limo-gazebo
 )",
       .verbs = {robot_sim_process_verb(), robot_sim_ros2_verb(), robot_sim_limo_verb(), robot_sim_mbot_verb(),
                 robot_sim_gazebo_verb()},

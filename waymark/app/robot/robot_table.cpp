@@ -132,7 +132,7 @@ Result<RobotTable> robot_table() {
 }
 
 Result<std::string> explained_robot(const std::string& name) {
-  const auto path = find_shared("robots", name);
+  const auto path = find_shared("robots", name, "robot");
   const auto shown = path ? read_commented_robot(*path) : tl::unexpected(path.error());
   if (!shown) return tl::unexpected(shown.error());
   std::string text = robot_text(shown->robot, shown->comment);

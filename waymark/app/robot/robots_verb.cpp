@@ -7,7 +7,7 @@ namespace {
 /// A file that cannot be read is said, and the others are listed.
 ExitCode list_all(Console& console) {
   const auto robots = robot_table();
-  if (!robots) return console.failed(robots.error(), ExitCode::SomeFailed);
+  if (!robots) return fail_with(robots.error(), console);
   console.print(robots->text);
   for (const Error& error : robots->errors) console.say(error);
   return robots->errors.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -15,7 +15,7 @@ ExitCode list_all(Console& console) {
 
 ExitCode explain(const std::string& name, Console& console) {
   const auto text = explained_robot(name);
-  if (!text) return console.failed(text.error(), ExitCode::SomeFailed);
+  if (!text) return fail_with(text.error(), console);
   console.print(*text);
   return ExitCode::Ok;
 }

@@ -17,13 +17,12 @@ struct Ros2RobotArgs : Ros2RobotWords {
 
 ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   const auto profile = find_ros2_profile(args.profile);
-  if (!profile) return console.failed(profile.error(), ExitCode::Usage);
+  if (!profile) return fail_usage(profile.error(), console);
   const auto robot = read_named_robot(args.robot_file.empty() ? profile->robot : args.robot_file);
   auto options = args.network.options("waymark_robot", profile->ros_distro);
-  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!robot) return fail_usage(robot.error(), console);
   if (!options) return fail_usage(options.error(), console);
-  if (Status there = use_interface_of(*profile, *options); !there)
-    return console.failed(there.error(), ExitCode::Usage);
+  if (Status there = use_interface_of(*profile, *options); !there) return fail_usage(there.error(), console);
   const Status status =
       run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.wire.listen_only),
                      {.share_commands = args.wire.shares()});

@@ -20,7 +20,7 @@ struct SamplesArgs {
 ExitCode samples(const SamplesArgs& args, Console& console) {
   const Result<SamplesReport> report = write_samples(args.job, control_from(console));
   if (!report) return fail_with(report.error(), console);
-  console.print(args.json ? json_line(to_json(*report, args.job)) : to_text(*report, args.job));
+  console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   return ExitCode::Ok;
 }
 
@@ -41,7 +41,8 @@ Examples:
   waymark samples samples
   waymark samples samples-2 --seed 2 --json
 )",
-      .prepare = prepared(samples)};
+      .prepare = prepared(samples),
+      .report = report_of<SamplesReport>};
 }
 
 }  // namespace waymark::cli

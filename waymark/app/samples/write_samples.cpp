@@ -248,20 +248,22 @@ Result<SamplesReport> write_samples(const SamplesJob& job, const JobControl& con
   fs::remove(target, error);  // an empty one
   fs::rename(draft, target, error);
   if (error) return tl::unexpected(unwritable(target, error).error());
-  SamplesReport report;
+  SamplesReport report{.folder = job.folder, .seed = job.seed};
   for (const Piece& piece : kPieces) report.files.emplace_back(piece.name);
   report.files.emplace_back("README.txt");
   return report;
 }
 
-std::string to_text(const SamplesReport& report, const SamplesJob& job) {
-  std::string text = fmt::format("{}: {}\n", job.folder, fmt::join(report.files, ", "));
+std::string to_text(const SamplesReport& report) {
+  std::string text = fmt::format("{}: {}\n", report.folder, fmt::join(report.files, ", "));
   for (const Piece& piece : kPieces) text += fmt::format("  {:<12}{}\n", piece.name, piece.what);
-  return text + fmt::format("What reads them: {}\n", (fs::path(job.folder) / "README.txt").string());
+  return text + fmt::format("What reads them: {}\n", (fs::path(report.folder) / "README.txt").string());
 }
 
-nlohmann::ordered_json to_json(const SamplesReport& report, const SamplesJob& job) {
-  return {{"folder", job.folder}, {"seed", job.seed}, {"files", report.files}};
+ReportFields fields(const SamplesReport& report) {
+  return {{"folder", "Folder that was written", report.folder},
+          {"seed", "Seed of all noise", report.seed},
+          {"files", "Names of the files and folders in it", report.files}};
 }
 
 }  // namespace waymark

@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
 
 /// `waymark samples`: simulated data to learn with, each piece with its truth.
@@ -25,6 +24,8 @@ struct SamplesJob {
 };
 
 struct SamplesReport {
+  std::string folder{};
+  std::uint64_t seed = 0;
   std::vector<std::string> files{};  ///< and folders, relative to the folder, in the order of README.txt
 };
 
@@ -34,7 +35,7 @@ struct SamplesReport {
 /// gives the same files, but for the run times in map/summary.json.
 [[nodiscard]] Result<SamplesReport> write_samples(const SamplesJob& job, const JobControl& control);
 /// A line a piece: what it is, and the verb that reads it.
-[[nodiscard]] std::string to_text(const SamplesReport& report, const SamplesJob& job);
-[[nodiscard]] nlohmann::ordered_json to_json(const SamplesReport& report, const SamplesJob& job);
+[[nodiscard]] std::string to_text(const SamplesReport& report);
+[[nodiscard]] ReportFields fields(const SamplesReport& report);
 
 }  // namespace waymark

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/data.hpp"
 
@@ -29,6 +30,11 @@ TEST(WriteSamples, CancelledTheyLeaveNothingAndAFolderThatIsUsedStaysAsItIs) {
   std::ofstream(fs::path(wanted) / "mine.txt") << "mine";
   EXPECT_FALSE(write_samples({.folder = wanted}, {}));
   EXPECT_EQ(std::distance(fs::directory_iterator(wanted), {}), 1);
+}
+
+TEST(SamplesReport, NamesFolderSeedAndFiles) {
+  EXPECT_EQ(to_json(fields(SamplesReport{"samples", 2, {"lap.mcap", "map"}})).dump(),
+            R"({"folder":"samples","seed":2,"files":["lap.mcap","map"]})");
 }
 
 }  // namespace

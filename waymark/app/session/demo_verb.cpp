@@ -39,7 +39,7 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& set
   if (status)
     status = become_the_robot(setup, args.scene.as_words(args.setup, args.job.images),
                               {.lockstep = true, .pace = 1});
-  if (!status) return console.failed(status.error(), ExitCode::SomeFailed);
+  if (!status) return fail_with(status.error(), console);
   const auto view = LivePage::open(args.live, setup, control_from(console));
   if (!view) return fail_with(view.error(), console);
   const SessionJob job{
@@ -67,7 +67,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     console.say("stopped: what was recorded is kept");
     return ExitCode::Interrupted;
   }
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report, *setup, job));
   console.warn(report->map.warnings);
   if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay, interrupted_by()));

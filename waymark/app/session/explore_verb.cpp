@@ -33,9 +33,9 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
   if (status) status = args.filter.apply(job.filter);
   if (!status) return fail_usage(status.error(), console);
   Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
-  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  if (!setup) return fail_usage(setup.error(), console);
   const Result<ExploreReport> report = explore_world(std::move(*setup), job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(fields(*report)) : to_text(*report));
   if (report->interrupted) {
     console.say("stopped: the robot stands");

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/estimate_message.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/base/angles.hpp"
@@ -28,7 +29,7 @@ constexpr double kUsualLidar_hz = 8;
 
 Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
   if (job.map.empty()) return setup.simulated.world.tags;
-  const auto file = read_map(map_file_of(job.map));
+  const auto file = or_wrong_kind(read_map(map_file_of(job.map)), job.map, FileUse::OwnMap);
   if (!file) return tl::unexpected(file.error());
   return file->tags;
 }

@@ -64,7 +64,7 @@ Status write_report(const fs::path& folder, const JobControl& control) {
   if (!runs) return tl::unexpected(runs.error());
   const Result<plot::Page> page = report_page(*runs, control);
   if (!page) return tl::unexpected(page.error());
-  const Result<std::string> html = plot::to_html(*page);
+  const Result<std::string> html = html_of(*page, control);
   return html ? write_text_file(folder / "report.html", *html) : tl::unexpected(html.error());
 }
 

@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "waymark/app/common/flag_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/plot/render.hpp"
@@ -142,14 +141,18 @@ struct PlannedBoard {
 [[nodiscard]] Result<PlannedBoard> plan_board(const plot::BoardOptions& options, bool kalibr);
 
 [[nodiscard]] std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files);
-[[nodiscard]] nlohmann::ordered_json to_json(const plot::BoardLayout& layout,
-                                             const std::vector<std::string>& files);
 [[nodiscard]] std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files);
-[[nodiscard]] nlohmann::ordered_json to_json(const plot::SheetLayout& layout,
-                                             const std::vector<std::string>& files);
 [[nodiscard]] std::string to_text(const plot::SquareBoardLayout& layout,
                                   const std::vector<std::string>& files);
-[[nodiscard]] nlohmann::ordered_json to_json(const plot::SquareBoardLayout& layout,
-                                             const std::vector<std::string>& files);
+
+/// What was laid out, and the files it was written to.
+template <class Layout>
+struct Printed {
+  Layout layout{};
+  std::vector<std::string> files{};
+};
+[[nodiscard]] ReportFields fields(const Printed<plot::BoardLayout>& board);
+[[nodiscard]] ReportFields fields(const Printed<plot::SheetLayout>& sheet);
+[[nodiscard]] ReportFields fields(const Printed<plot::SquareBoardLayout>& board);
 
 }  // namespace waymark

@@ -84,7 +84,7 @@ TEST(TagPrints, ASheetIsCountedByPagesAndTags) {
   const std::vector<std::string> files = {"tags-1.svg", "tags-2.svg", "tags-3.svg"};
   EXPECT_THAT(to_text(*layout, files),
               AllOf(HasSubstr("tags-1.svg …: 3 pages A4, 2 tags a page"), HasSubstr("of 0.1 m")));
-  const auto json = to_json(*layout, files);
+  const auto json = to_json(fields(Printed<plot::SheetLayout>{*layout, files}));
   EXPECT_EQ(json["pages"], 3);
   EXPECT_EQ(json["tags"], 5);
   EXPECT_EQ(json["files"].size(), 3U);
@@ -99,7 +99,7 @@ TEST(TagPrints, ABoardNamesItsTargetFile) {
   EXPECT_THAT(
       to_text(*layout, {"board.pdf", "board.yaml"}),
       AllOf(HasSubstr("aprilgrid board of 4 x 3 tags"), HasSubstr("board.yaml: the target file for Kalibr")));
-  const auto json = to_json(*layout, {"board.pdf"});
+  const auto json = to_json(fields(Printed<plot::BoardLayout>{*layout, {"board.pdf"}}));
   EXPECT_EQ(json["tags"], 12);
   EXPECT_EQ(json["paper_size_m"][0].get<double>() + json["paper_size_m"][1].get<double>(), 0.507);
 }
@@ -111,7 +111,7 @@ TEST(TagPrints, AChessboardHasNoMarkers) {
   EXPECT_TRUE(none->empty());
   const auto layout = plot::layout_square_board({.board = board});
   ASSERT_TRUE(layout) << to_string(layout.error());
-  const auto json = to_json(*layout, {"board.pdf"});
+  const auto json = to_json(fields(Printed<plot::SquareBoardLayout>{*layout, {"board.pdf"}}));
   EXPECT_FALSE(json.contains("dictionary"));
   EXPECT_EQ(json["square_size_m"], 0.03);
   EXPECT_THAT(to_text(*layout, {"board.pdf"}), HasSubstr("chessboard of 6 x 5 squares of 0.03 m, 1 page A4"));

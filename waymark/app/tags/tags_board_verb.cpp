@@ -96,7 +96,8 @@ Examples:
   waymark tags board --style charuco --cols 8 --rows 11 --square-size-m 0.02 --marker-size-m 0.015 -o charuco.pdf
   waymark tags board --style chessboard --cols 12 --rows 9 --square-size-m 0.05 --tiled -o chessboard.pdf
 )",
-      .prepare = prepared(draw)};
+      .prepare = prepared(draw),
+      .report = report_of_any<Printed<plot::BoardLayout>, Printed<plot::SquareBoardLayout>>};
 }
 
 }  // namespace waymark::cli

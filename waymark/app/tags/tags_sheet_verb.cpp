@@ -57,7 +57,8 @@ Examples:
   waymark tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf
   waymark tags sheet --ids 0-3,7,9 --tag-size-m 0.05 --per-page 1 --dpi 600 -o tags.png
 )",
-      .prepare = prepared(draw_sheet)};
+      .prepare = prepared(draw_sheet),
+      .report = report_of<Printed<plot::SheetLayout>>};
 }
 
 }  // namespace waymark::cli

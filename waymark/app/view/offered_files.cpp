@@ -1,12 +1,11 @@
 #include "waymark/app/view/offered_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -14,12 +13,6 @@ namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_mcap(const fs::path& path) {
-  std::array<char, 5> head{};
-  std::ifstream(path, std::ios::binary).read(head.data(), head.size());
-  return head[0] == '\x89' && std::string_view(head.data() + 1, 4) == "MCAP";
-}
 
 /// What of a folder the page can show: recordings, and the files of a map in it or in map/. Links that lead
 /// out of the folder are `left_out`: whoever may write to the folder is not to choose what is shown.
@@ -54,13 +47,17 @@ std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFil
 }
 
 /// What the file is instead, and what to do with it.
-Error no_recording(const std::string& path) {
+Error not_shown(const std::string& path, FileKind kind) {
+  if (auto wrong = wrong_kind(path, FileUse::Page); wrong && !is_recording(kind)) {
+    wrong->code = ErrorCode::Unsupported;
+    return *std::move(wrong);
+  }
   Error error{ErrorCode::Unsupported, "not an MCAP recording", {.source = path}, {}};
   std::error_code none;
   if (fs::is_regular_file(path, none) && fs::file_size(path, none) == 0) {
     error.message = "the file is empty: nothing was recorded, or its recorder never came to write";
     error.hint = "Record again, or take a copy that is not empty.";
-  } else if (looks_like_recording(path)) {
+  } else if (is_recording(kind)) {
     error.message = "a recording, but none that a browser can read by its index";
     error.hint = fmt::format("Make one first: waymark convert {} out.mcap", shell_word(path));
   } else {
@@ -115,10 +112,12 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path, const JobCo
     return files;
   }
   const std::string name = fs::path(path).filename().string();
-  if (name.ends_with(".yaml") || name.ends_with(".yml"))
+  const FileKind kind = kind_of(path);
+  if (kind == FileKind::Mcap) return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
+  const bool yaml = name.ends_with(".yaml") || name.ends_with(".yml");
+  if (yaml && !is_recording(kind) && !wrong_kind(path, FileUse::Page))
     return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Text}};
-  if (!is_mcap(path)) return tl::unexpected(no_recording(path));
-  return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
+  return tl::unexpected(not_shown(path, kind));
 }
 
 }  // namespace waymark

@@ -65,9 +65,14 @@ TEST_F(OfferedFiles, WhatThePageCannotShowIsNamedForWhatItIs) {
   put("empty.mcap", "");
   put("drive.bag", "#ROSBAG V2.0\n");
   put("letter.txt", "Dear reader");
+  put("faults.yaml", "faults:\n  - {fault: camera_lost, at_s: 5}\n");
+  put("any.yaml", "key: value\n");
   EXPECT_THAT(to_string(offered_by(at("empty.mcap"), control_).error()), HasSubstr("the file is empty"));
   EXPECT_THAT(to_string(offered_by(at("drive.bag"), control_).error()), HasSubstr("waymark convert"));
   EXPECT_THAT(to_string(offered_by(at("letter.txt"), control_).error()), HasSubstr("neither a recording"));
+  EXPECT_THAT(to_string(offered_by(at("faults.yaml"), control_).error()),
+              HasSubstr("this is a fault script, not"));
+  EXPECT_TRUE(offered_by(at("any.yaml"), control_)) << "the page reports what it is";
   EXPECT_EQ(offered_by(at("none"), control_).error().code, ErrorCode::NotFound);
   EXPECT_TRUE(offered_by("", control_)->empty());
 }

@@ -20,7 +20,7 @@ struct ViewArgs {
 ExitCode view(const ViewArgs& args, Console& console) {
   const JobControl control = control_from(console);
   auto offered = offered_by(args.path, control);
-  if (!offered) return console.failed(offered.error(), ExitCode::SomeFailed);
+  if (!offered) return fail_with(offered.error(), console);
   Result<ServerOptions> options = server_options(args.page, false);
   if (!options) return fail_usage(options.error(), console);
   tell_of_damage(*offered, control);

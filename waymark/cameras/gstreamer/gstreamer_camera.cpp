@@ -140,8 +140,7 @@ Status GstreamerCamera::Impl::launch() {
     const std::string words = error->message;
     gst.g_error_free(error);
     return fail(ErrorCode::InvalidArgument, "the pipeline is not understood: " + words,
-                {.source = "gstreamer:" + pipeline_text},
-                "Try it with gst-launch-1.0, with a sink behind it.");
+                {.key = "gstreamer:" + pipeline_text}, "Try it with gst-launch-1.0, with a sink behind it.");
   }
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-cstyle-cast): the casts of the library are macros
   sink =

@@ -33,7 +33,7 @@ std::optional<Number> number_in(std::string_view text) {
 }
 
 tl::unexpected<Error> wrong(const std::string& address, std::string_view word, std::string hint) {
-  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is not understood", word), {.source = address},
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is not understood", word), {.key = address},
               std::move(hint));
 }
 
@@ -86,7 +86,7 @@ Result<V4l2Options> parse_v4l2_address(const std::string& address) {
   std::vector<std::string_view> words = split(text, ',');
   V4l2Options options{.device = std::string(words.front())};
   if (options.device.empty())
-    return fail(ErrorCode::InvalidArgument, "the address names no camera", {.source = address},
+    return fail(ErrorCode::InvalidArgument, "the address names no camera", {.key = address},
                 "For example v4l2:/dev/video0; `waymark cameras` lists them.");
   if (options.device.find_first_not_of("0123456789") == std::string::npos)
     options.device = "/dev/video" + options.device;

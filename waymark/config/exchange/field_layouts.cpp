@@ -225,6 +225,11 @@ Result<TagMap> parse_layout_csv(std::string_view text, const std::string& source
 
 }  // namespace
 
+std::string note_of_assumed_size(const std::string& source, double size_m) {
+  return fmt::format("{} does not contain the size of its tags: {} m is assumed (`tag_size_m` sets it)",
+                     source, size_m);
+}
+
 bool looks_like_wpilib_layout(std::string_view text) {
   if (looks_like_json(text)) return text.find("\"tags\"") != std::string_view::npos;
   return is_layout_header(header_of(text));

@@ -47,6 +47,9 @@ struct FieldSize {
 /// Side of the black square of the 36h11 tags of these fields (6.5 in); layouts do not say it.
 inline constexpr double kWpilibTagSize_m = 0.1651;
 
+/// Reports that the file does not contain the size of its tags, and which one is assumed.
+[[nodiscard]] std::string note_of_assumed_size(const std::string& source, double size_m);
+
 /// Whether the text is such a layout, JSON or CSV.
 [[nodiscard]] bool looks_like_wpilib_layout(std::string_view text);
 

@@ -156,6 +156,9 @@ TEST(WpilibLayout, IsTakenWhereMapsAreTaken) {
   const auto landmarks = parse_landmarks(kJson, "field.json");
   ASSERT_TRUE(landmarks) << to_string(landmarks.error());
   EXPECT_EQ(landmarks->format, "wpilib");
+  EXPECT_THAT(landmarks->notes,
+              ::testing::ElementsAre(HasSubstr("field.json does not contain the size of its tags: 0.1651 m")));
+  EXPECT_TRUE(parse_landmarks(kJson, "field.json", 0.2)->notes.empty());
 }
 
 TEST(WpilibLayout, SaysWhereItIsWrong) {

@@ -93,6 +93,9 @@ Result<SE3> academy_pose(const YamlCursor& cursor) {
   return SE3(SO3::from_matrix(R), Eigen::Vector3d((*n)[0], (*n)[1], (*n)[2]) - kHalfBoard * R.col(2));
 }
 
+/// Side of the black square of the tags of the Robotics Academy's worlds; its files do not contain it.
+constexpr double kAcademyTagSize_m = 0.24;
+
 Status read_academy(const YamlCursor& cursor, std::optional<double> tag_size_m, TagMap& map) {
   const std::vector<YamlCursor> values = cursor.children();
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -112,7 +115,9 @@ Status read_academy(const YamlCursor& cursor, std::optional<double> tag_size_m, 
     const Result<SE3> map_T_tag = academy_pose(pose);
     if (!map_T_tag) return tl::unexpected(map_T_tag.error());
     const TagId tag{.number = *number};
-    if (!map.tags.emplace(tag, MappedTag{.map_T_tag = *map_T_tag, .size_m = tag_size_m.value_or(0.24)})
+    if (!map.tags
+             .emplace(tag,
+                      MappedTag{.map_T_tag = *map_T_tag, .size_m = tag_size_m.value_or(kAcademyTagSize_m)})
              .second)
       return pose.fail_here(ErrorCode::InvalidArgument, fmt::format("tag {} is given twice", *number));
   }
@@ -134,7 +139,9 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
   if (looks_like_wpilib_layout(text)) {
     const Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
     if (!layout) return tl::unexpected(layout.error());
-    return LandmarksFile{Landmarks(*layout), *layout, "wpilib", field_size_of(text)};
+    LandmarksFile file{Landmarks(*layout), *layout, "wpilib", field_size_of(text)};
+    if (!tag_size_m) file.notes.push_back(note_of_assumed_size(source, kWpilibTagSize_m));
+    return file;
   }
   if (looks_like_fmap(text)) {
     const Result<TagMap> field = parse_fmap(text, source);
@@ -162,6 +169,7 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
                 "layouts of WPILib "
                 "(JSON, CSV), field maps of Limelight (FMAP), CSV with id, x, y.");
   file.landmarks = Landmarks(file.tags);
+  if (!tag_size_m) file.notes.push_back(note_of_assumed_size(source, kAcademyTagSize_m));
   return file;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/config/exchange/field_layouts.hpp"
@@ -17,6 +18,7 @@ struct LandmarksFile {
   TagMap tags{};
   std::string format{};              ///< "waymark", "academy", "wpilib", "fmap", "points"
   std::optional<FieldSize> field{};  ///< where the file states it
+  std::vector<std::string> notes{};  ///< what was assumed, as the file does not contain it: the size of tags
 };
 
 /// A map of any kind that can be localised in, told by its content (docs/formats/map.md, "Maps of others"):

@@ -168,10 +168,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
     Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
     if (!layout) return tl::unexpected(layout.error());
     ReadMap read{.map = {.tags = std::move(*layout)}, .form = MapForm::Wpilib, .field = field_size_of(text)};
-    if (!tag_size_m)
-      read.warnings.push_back(
-          fmt::format("layouts do not say how large the tags are: taken as {} m (`tag_size_m` says more)",
-                      kWpilibTagSize_m));
+    if (!tag_size_m) read.warnings.push_back(note_of_assumed_size(source, kWpilibTagSize_m));
     return read;
   }
   if (looks_like_fmap(text)) {
@@ -189,7 +186,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
   if (other->tags.tags.empty())
     return fail(ErrorCode::Unsupported, "this is a map of points, which have no directions",
                 {.source = source});
-  return ReadMap{.map = {.tags = other->tags}, .form = MapForm::Academy};
+  return ReadMap{.map = {.tags = other->tags}, .form = MapForm::Academy, .warnings = other->notes};
 }
 
 }  // namespace

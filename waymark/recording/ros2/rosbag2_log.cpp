@@ -482,11 +482,6 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
   LogProblems problems;
   BagMetadata metadata;
   const auto [files, listed] = files_of(folder, metadata, problems);
-  std::error_code ignored;
-  if (files.empty() && fs::exists(folder / "map.yaml", ignored))
-    return fail(ErrorCode::Unsupported, "this is the folder of a map, and no recording",
-                {.source = folder.string()},
-                "Give the recording that it was made of; a map goes after `map`.");
   if (files.empty())
     return fail(
         ErrorCode::NotFound,

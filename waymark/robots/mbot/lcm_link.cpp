@@ -153,7 +153,7 @@ bool at_most(const std::string& digits, unsigned long most) {
 Result<std::string> lcm_address(const std::string& text) {
   if (text.empty()) return std::string(kLcmDefaultAddress);
   const auto wrong = [&](const std::string& words) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' {}", text, words), {.source = "LCM"},
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' {}", text, words), {.key = "address"},
                 fmt::format("For example {}; ttl=1 reaches the local network.", kLcmDefaultAddress));
   };
   static const std::regex kForm(

@@ -84,7 +84,7 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
 
 Result<Ros2Profile> find_ros2_profile(const std::string& name) {
   if (name.empty())
-    return fail(ErrorCode::InvalidArgument, "no profile is named", {.source = "ros2:"},
+    return fail(ErrorCode::InvalidArgument, "no profile is named", {.key = "profile"},
                 "ros2:limo, ros2:turtlebot3, or the path of a .yaml file (docs/formats/ros2-profile.md).");
   const auto path = find_shared("ros2", name);
   if (!path) return tl::unexpected(path.error());
