@@ -174,7 +174,9 @@ TEST(TeachChain, ReportsUnconnectedTagsAndAMissingAnchor) {
   testing::expect_on_page("map", never.error());
   EXPECT_FALSE(chain({}));
   EXPECT_FALSE(chain(frames, {.max_distance_m = -1}));
-  testing::expect_on_page("map", chain(frames, {.max_distance_m = 0.2}).error());
+  const auto too_far = chain(frames, {.max_distance_m = 0.2});
+  ASSERT_FALSE(too_far);
+  testing::expect_on_page("map", too_far.error());
 }
 
 }  // namespace

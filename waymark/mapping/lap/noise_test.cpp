@@ -65,7 +65,7 @@ TEST(CornerNoise, TheUsedRedundancyIsTheNumberOfUnknowns) {
   const LapBundle lap = walk(60);
   ASSERT_EQ(lap.bundle.corners.size(), 120U);
   const std::vector<double> redundancy = internal::redundancy_of(lap);
-  const double left = std::accumulate(freedom.begin(), freedom.end(), 0.0);
+  const double left = std::accumulate(redundancy.begin(), redundancy.end(), 0.0);
   EXPECT_NEAR(left, 8.0 * 120 - 6 * (60 + 9), 1e-2);
 }
 
@@ -89,11 +89,11 @@ TEST(CornerNoise, IsRobustAgainstOutliers) {
   add_noise(lap.bundle, kClaimed_px, random);
   ASSERT_TRUE(solve(lap.bundle).usable());
   std::vector<double> chi2 = corner_chi2(lap.bundle);
-  const std::vector<double> freedom = internal::redundancy_of(lap);
-  const double before = internal::noise_ratio(chi2, freedom);
+  const std::vector<double> redundancy = internal::redundancy_of(lap);
+  const double before = internal::noise_ratio(chi2, redundancy);
   for (std::size_t i = 0; i < chi2.size(); i += 20) chi2[i] = 1e4;
   chi2[1] = std::numeric_limits<double>::infinity();
-  EXPECT_NEAR(internal::noise_ratio(chi2, freedom), before, 0.1 * before);
+  EXPECT_NEAR(internal::noise_ratio(chi2, redundancy), before, 0.1 * before);
 }
 
 TEST(CornerNoise, IsOneForTooFewObservations) {

@@ -293,9 +293,9 @@ void warn_of_cameras(const SceneMap& map, std::vector<std::string>& warnings) {
       const double off = lens.found[i] - lens.given[i];
       if (std::abs(off) > kGate * lens.prior_sigma[i])
         warnings.push_back(fmt::format("camera {}: {} is estimated as {:.6g}, given {:.6g} ({:.1f} sigma)",
-                                    map.scene.cameras[lens.camera].name,
-                                    lens.names[static_cast<std::size_t>(i)], lens.found[i], lens.given[i],
-                                    std::abs(off) / lens.prior_sigma[i]));
+                                       map.scene.cameras[lens.camera].name,
+                                       lens.names[static_cast<std::size_t>(i)], lens.found[i], lens.given[i],
+                                       std::abs(off) / lens.prior_sigma[i]));
     }
   }
 }
@@ -336,12 +336,12 @@ std::string observations(int count) {
 void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& warnings) {
   for (const SceneCut& cut : map.left_out_cuts) {
     warnings.push_back(fmt::format("{}: excluded; connected only by {} of {}, without confirmation by others",
-                                names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
+                                   names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
   for (std::size_t i = 0; i < std::min(map.thin_cuts.size(), kMaxLines); ++i) {
     const SceneCut& cut = map.thin_cuts[i];
     warnings.push_back(fmt::format("{}: connected only by {} of {}; an error in these would move all of them",
-                                names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
+                                   names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
   if (!map.undetermined.empty())
     warnings.push_back(names_of(map.undetermined) + ": pose not determined by the observations");
