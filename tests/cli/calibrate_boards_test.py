@@ -273,8 +273,8 @@ class WrongWords(InFolder):
     def test_what_cannot_be_is_refused_before_any_picture_is_read(self):
         words = ("--target", "charuco", *PrintedBoards.CHARUCO)
         for more, told in ((("--guided",), "photos/00.png is a picture"),
-                           (("--lens", "equidistant", "--format", "photonvision", "-o", "x.json"), "PhotonVision has no equidistant lens"),
-                           (("--lens", "equidistant", "-o", "x.json"), "(--lens): PhotonVision has no equidistant lens")):
+                           (("--lens", "equidistant", "--format", "photonvision", "-o", "x.json"), "PhotonVision does not support the equidistant lens"),
+                           (("--lens", "equidistant", "-o", "x.json"), "(--lens): PhotonVision does not support the equidistant lens")):
             outcome = self.run_here("calibrate", "camera", "photos", *words, *more)
             self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
             self.assertIn(told, outcome.err)

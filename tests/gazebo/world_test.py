@@ -170,7 +170,7 @@ class Import(Folder):
         tags, _, report = self.imported()
         self.assertEqual(sorted(tags), [1])
         words = " ".join(report["warnings"])
-        for said in ("there is no file for nothing.png", "Gazebo/Wood", "is there more than once", "is mirrored there"):
+        for said in ("no file found for nothing.png", "Gazebo/Wood", "is there more than once", "is mirrored there"):
             self.assertIn(said, words)
 
     def test_bad_files_say_what_and_where(self):
