@@ -114,7 +114,7 @@ class Replay(WithMap):
         self.assertTrue((self.folder / "map/route-fast.2.yaml").exists())
         (self.folder / "weights.yaml").write_text("corridor: 0.1\n")
         wrong = self.run_here("optimize", "map", "--weights", "weights.yaml")
-        self.assertEqual(wrong.code, 2)
+        self.assertEqual(wrong.code, 1)
         self.assertIn("Did you mean 'corridor_m'?", wrong.err)
 
     def test_without_truth_it_is_driven_but_not_judged(self):
@@ -231,7 +231,7 @@ class Routes(WithMap):
                 (["routes", "nowhere"], 1, "there is no such folder"),
                 (["routes", "lap.mcap"], 1, "this is a recording"),
                 (["routes", "map", "--route", ""], 2, "--route needs a value (NAME)"),
-                (["routes", "map", "--route", "a/b"], 2, "'a/b' is no name for a route"),
+                (["routes", "map", "--route", "a/b"], 2, "this map has no route 'a/b'"),
                 (["routes", "map", "--station", "a"], 2, "where is the station?"),
                 (["routes", "map", "--at-m", 3], 2, "Name it with --station"),
                 (["routes", "map", "--station", "a", "--at-m", 99], 2, "(--station): 'a' at 99 m is not on a route of"),

@@ -108,7 +108,7 @@ class Usage(InFolder):
 
     def test_a_verb_after_flags_and_a_file_of_its_name(self):
         recording = made(*LAP_OF_SQUARE) / "lap.mcap"
-        self.check(["map", "-o", "m", "convert", recording], "OUTPUT is required")
+        self.check(["map", "-o", "m", "convert", recording], "unknown flag '-o' of `waymark map convert`")
         self.check(["map", "-o", "m", "lapp", recording], "'lapp' is neither a verb nor a file. Did you mean `waymark map lap`?")
         self.check(["map", recording, "--tagslam", "-o", "m"], "--tagslam needs a value (FOLDER)")
         self.check(["localize", "--start", "1", "2", "--map", "m", "x.mcap"], "--start needs 3 values")
@@ -128,7 +128,7 @@ class Usage(InFolder):
             self.assertEqual((outcome.code, outcome.err), (0, ""), words)
             self.assertIn(f"Usage: waymark calibrate {chosen} ", outcome.out, words)
         self.check(["calibrate"], "no verb given. Known: camera, guided, robot.")
-        self.check(["calibrate", recording, "--rows", "3"], "give either the board")
+        self.check(["calibrate", recording, "--rows", "3"], "a board has --cols and --rows of 1 or more")
 
     def test_an_empty_name_is_reported_with_its_flag(self):
         self.check(["teach", "--world", "", "-o", "x"], "--world needs a value (NAME)")

@@ -59,10 +59,10 @@ class YamlCursor {
     return fail(code, std::move(message), place(), std::move(hint));
   }
 
-  /// The value of a key of a map; nothing when it is not there or null.
   /// The value of a key of a map; nothing if it is missing or null.
-  /// The same, where it must be there.
+  [[nodiscard]] std::optional<YamlCursor> find(std::string_view key) const;
   /// The value of a required key.
+  [[nodiscard]] Result<YamlCursor> at(std::string_view key) const;
   /// Reads the value of a required key with `read`: `root.read_at("fx", &YamlCursor::number)`.
   template <class Read>
   [[nodiscard]] auto read_at(std::string_view key, Read&& read) const

@@ -227,6 +227,8 @@ TEST(Program, AFlagWithoutItsValueIsNamed) {
 TEST(Program, AListOfSoManyPartsTakesNoMore) {
   EXPECT_EQ(run({"place", "--start", "1", "-2", "3", "lap.mcap", "b"}).out, "1 -2 3: lap.mcap b\n");
   EXPECT_EQ(run({"place", "lap.mcap", "--start", "1", "-2", "3"}).out, "1 -2 3: lap.mcap\n");
+  EXPECT_THAT(run({"place", "--start", "1", "2", "lap.mcap"}).err,
+              HasSubstr("(--start): 'lap.mcap' is not a number."));
   EXPECT_EQ(run({"place", "lap.mcap", "--start", "1", "2"}).err,
             "prog place: --start needs 3 values (NUMBER). See `prog place --help`.\n");
   EXPECT_THAT(run({"place", "--start", "1", "2", "3", "--start", "1", "2", "3"}).err,

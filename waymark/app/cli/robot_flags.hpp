@@ -66,7 +66,8 @@ class SetupFlags {
 /// command line is parsed.
 class SceneFlags {
  public:
-  SceneFlags(Settings& settings, Reach reach);
+  /// `has_flag`: whether the verb has --images.
+  SceneFlags(Settings& settings, Reach reach, bool has_flag = true);
 
   /// The options, where there are pictures; without them one on the command line is refused.
   [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& pictures) const;
@@ -76,6 +77,7 @@ class SceneFlags {
 
  private:
   const Settings& settings_;
+  bool has_flag_;
   OptionFlags<SceneCameraOptions> camera_;
   OptionFlags<SceneOptions> scene_;
 };

@@ -32,9 +32,9 @@ TEST(NetworkLines, JudgesWhatWasHeardOfARobotOnANetwork) {
   heard.silent_publishers = 1;
   heard.silent_names = "/teleop";
   EXPECT_EQ(level_of(heard, "commands"), "warn") << "it may begin to";
-  EXPECT_THAT(to_text(network_lines(heard, "docs")),
+  EXPECT_THAT(to_text(DoctorReport{network_lines(heard, "docs")}),
               HasSubstr("another program publishes on /cmd_vel as well"));
-  EXPECT_THAT(to_text(network_lines(heard, "docs")), HasSubstr("/teleop"));
+  EXPECT_THAT(to_text(DoctorReport{network_lines(heard, "docs")}), HasSubstr("/teleop"));
   heard.silent_publishers = 0;
   heard.hears_commands = false;
   EXPECT_EQ(level_of(heard, "commands"), "fail");

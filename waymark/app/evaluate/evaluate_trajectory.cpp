@@ -96,7 +96,7 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
   if (wheels.empty()) return {};
   const std::optional<StampedPose> start = common_start(estimate, wheels);
   if (!start)
-    return fail(ErrorCode::InvalidArgument, "the odometry does not cover the time at which EST begins",
+    return fail(ErrorCode::NotFound, "the odometry does not cover the time at which EST begins",
                 {.key = "odometry"}, "Give a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
