@@ -273,8 +273,8 @@ class WrongWords(InFolder):
     def test_what_cannot_be_is_refused_before_any_picture_is_read(self):
         words = ("--target", "charuco", *PrintedBoards.CHARUCO)
         for more, code, told in ((("--guided",), 1, "photos/00.png: this is an image"),
-                           (("--lens", "equidistant", "--format", "photonvision", "-o", "x.json"), 2, "PhotonVision has no equidistant lens"),
-                           (("--lens", "equidistant", "-o", "x.json"), 2, "(--lens): PhotonVision has no equidistant lens")):
+                           (("--lens", "equidistant", "--format", "photonvision", "-o", "x.json"), 2, "PhotonVision does not support the equidistant lens"),
+                           (("--lens", "equidistant", "-o", "x.json"), 2, "(--lens): PhotonVision does not support the equidistant lens")):
             outcome = self.run_here("calibrate", "camera", "photos", *words, *more)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
             self.assertIn(told, outcome.err)

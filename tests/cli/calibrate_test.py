@@ -173,7 +173,7 @@ class CalibrateRobot(unittest.TestCase):
             self.assertIn("between --from and --to", beyond.err)
         spoilt = waymark(*words[:-1], "map/map.yaml", cwd=self.folder)
         self.assertEqual(spoilt.code, 1)
-        self.assertIn("not written over", spoilt.err)
+        self.assertIn("not overwritten", spoilt.err)
         large = waymark("calibrate", "robot", "lap.mcap", "--tag-size-m", "0.3", "--to", "15", cwd=self.folder)
         self.assertEqual(large.code, 0, large.err)
         self.assertIn("the recording says 0.16 m", large.err)

@@ -112,7 +112,7 @@ class Map(WithLap):
         shutil.copy(made(*OTHER_LAP) / "lap.mcap", self.folder / "laps/another.mcap")
         outcome = self.run_here("map", "laps", "-o", "all")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("two recordings, and no parts of one. Name the one that is meant", outcome.err)
+        self.assertIn("two recordings, not parts of one", outcome.err)
 
     def test_what_changed_since_an_older_map_is_said(self):
         shutil.copytree(made(*MAP) / "map", self.folder / "old")

@@ -66,7 +66,7 @@ class Replay(WithMap):
         (self.folder / "elsewhere/route.yaml").write_text("\n".join(moved) + "\n")
         outcome = self.run_here("replay", "elsewhere", "--world", "circuit24")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("the checksum of the points is another than the file states", outcome.err)
+        self.assertIn("the checksum of the points does not match the file", outcome.err)
         moved = [line for line in moved if not line.startswith("points_checksum")]
         (self.folder / "elsewhere/route.yaml").write_text("\n".join(moved) + "\n")
         outcome = self.run_here("replay", "elsewhere", "--world", "circuit24")

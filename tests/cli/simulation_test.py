@@ -62,7 +62,7 @@ class Simulation(InFolder):
         (self.folder / "f.yaml").write_text("faults:\n  - {fault: tag_removd, id: 2}\n")
         outcome = self.teach("wrong.mcap", "--faults", "f.yaml")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("f.yaml:2 (faults[0].fault): there is no fault 'tag_removd'. Did you mean 'tag_removed'?", outcome.err)
+        self.assertIn("f.yaml:2 (faults[0].fault): unknown fault 'tag_removd'. Did you mean 'tag_removed'?", outcome.err)
         self.assertFalse((self.folder / "wrong.mcap").exists())
 
     def test_a_replay_meets_faults(self):

@@ -170,7 +170,7 @@ class Import(Folder):
         tags, _, report = self.imported()
         self.assertEqual(sorted(tags), [1])
         words = " ".join(report["warnings"])
-        for text in ("there is no file for nothing.png", "Gazebo/Wood", "is there more than once", "is mirrored there"):
+        for text in ("no file found for nothing.png", "Gazebo/Wood", "is there more than once", "is mirrored there"):
             self.assertIn(text, words)
 
     def test_errors_of_bad_files_contain_place_and_reason(self):

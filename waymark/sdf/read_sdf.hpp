@@ -28,8 +28,8 @@ struct SdfVisual {
   std::string name{};  ///< "model::link::visual"
   SE3 world_T_visual{};
   SdfShape shape = SdfShape::Other;
-  /// [m] Sides of the box around it, along its own axes; of a plane the third is 0.
   /// [m] Side lengths of its bounding box along its own axes; for a plane the third is 0.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d visual_t_centre = Eigen::Vector3d::Zero();  ///< centre of that box
   Eigen::Vector3d visual_n_plane = Eigen::Vector3d::UnitZ();  ///< normal of a plane
   std::string texture{};     ///< image file; empty if there is none or it was not found

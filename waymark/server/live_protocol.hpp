@@ -46,16 +46,16 @@ struct ClientAlive {};
 struct ClientOrders {
   ViewerOrder order{};
 };
-/// A message of the protocol that asks for what we do not have.
 /// A message of the protocol that is not supported.
-std::string op{};
+struct ClientUnsupported {
+  std::string op{};
 };
 
 using ClientMessage = std::variant<ClientSubscribe, ClientUnsubscribe, ClientAdvertise, ClientUnadvertise,
                                    ClientTakes, ClientReleases, ClientAlive, ClientOrders, ClientUnsupported>;
 
-/// Fails on what is no message of the protocol; what it names never exceeds kMaxNamed.
 /// Fails on text that is not a message of the protocol. Lists have at most kMaxNamed entries.
+[[nodiscard]] Result<ClientMessage> parse_client_text(std::string_view text);
 inline constexpr std::size_t kMaxNamed = 1024;
 
 /// A published message: opcode 1, the client's channel (little endian), the message.

@@ -132,7 +132,7 @@ TEST(LocalizeInputsOf, AnAssumedSizeOfTagsIsReported) {
   job.map = layout.string();
   const auto assumed = read_localize_inputs(job, {});
   ASSERT_TRUE(assumed) << to_string(assumed.error());
-  EXPECT_THAT(assumed->warnings, Contains(HasSubstr("0.1651 m is assumed (`tag_size_m` sets it)")));
+  EXPECT_THAT(assumed->warnings, Contains(HasSubstr("0.1651 m (set `tag_size_m`)")));
   job.tag_size_m = 0.2;
   EXPECT_THAT(read_localize_inputs(job, {})->warnings, Not(Contains(HasSubstr("assumed"))));
 }

@@ -58,7 +58,7 @@ TEST_F(MapTransforms, WhatIsWrittenIsRead) {
   const auto read = read_map_transforms(file_, 0.16);
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_EQ(read->form, MapForm::Transforms);
-  EXPECT_THAT(read->warnings, Not(Contains(HasSubstr("passed over"))));
+  EXPECT_THAT(read->warnings, Not(Contains(HasSubstr("skipped"))));
   ASSERT_EQ(read->map.tags.tags.size(), map.tags.tags.size());
   for (const auto& [tag, mapped] : map.tags.tags) {
     const MappedTag* again = read->map.tags.find(tag);

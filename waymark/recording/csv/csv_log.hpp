@@ -26,8 +26,8 @@ class LineReader {
  public:
   LineReader(const ByteSource& source, std::uint64_t size, std::size_t max_line_bytes)
       : source_(source), size_(size), max_line_bytes_(max_line_bytes) {}
-  /// Nothing at the end, or where the source cannot be read. A longer line is cut.
   /// The next line; nothing at the end of the source or if it cannot be read. Longer lines are truncated.
+  std::optional<Line> next();
 
  private:
   bool fill();

@@ -185,9 +185,9 @@ TEST(Mcap, RejectsOtherFiles) {
     const Bytes bytes(text.begin(), text.end());
     const auto index = read_index(*memory_source(bytes, "notes.txt"));
     ASSERT_FALSE(index);
-    EXPECT_NE(to_string(index.error()).find("notes.txt at byte 0: this is not an MCAP file"),
-              std::string::npos)
-        << to_string(index.error());
+    EXPECT_EQ(index.error().place.source, "notes.txt");
+    EXPECT_EQ(index.error().place.byte, 0);
+    testing::expect_on_page("recording", index.error());
   }
 }
 
@@ -258,7 +258,7 @@ TEST(McapDamage, IgnoresASummaryWithAWrongChecksum) {
   EXPECT_EQ(index->channels.size(), 3U);
   for (const auto& [id, channel] : index->channels)
     EXPECT_TRUE(channel.topic.starts_with("/topic")) << channel.topic;
-  EXPECT_NE(problems_of(file).find("checksum (CRC-32) of the summary"), std::string::npos);
+  EXPECT_NE(problems_of(file).find("summary checksum"), std::string::npos);
   EXPECT_EQ(problems_of(file).find("of the recording"), std::string::npos) << "the data section is undamaged";
 }
 
