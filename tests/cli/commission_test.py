@@ -189,7 +189,7 @@ class FirstDrive(InFolder):
         _, status = os.waitpid(child, 0)
         self.assertEqual(os.waitstatus_to_exitcode(status), 0, said)
         self.assertIn("was pressed before the robot moved; once more", said)
-        self.assertRegex(said, r"ok +stops +stop.key +stands after")
+        self.assertRegex(said, r"ok +stops +stop.key +stopped after")
         self.assertRegex(said, r"warn +stops +stop.cable +pulling the cable was not tried")
 
     def test_a_simulated_robot_passes_and_is_not_written(self):

@@ -293,7 +293,7 @@ class Simulated(Wire):
         self.assertEqual(shown.returncode, 0, shown.stderr)
         self.assertEqual([speaker.communicate(timeout=20)[0] for speaker in speakers], ["1 listen\n"] * 2)
         self.assertIn("/initialpose: the pose is in frame 'odom'", shown.stderr)
-        self.assertIn("a pose was given, x 0.50 m, y 0.25 m, heading 29 deg: it counts as soon as tags agree", shown.stderr)
+        self.assertIn("pose given: x 0.50 m, y 0.25 m, heading 29 deg; it is certain as soon as tags agree", shown.stderr)
         *moments, report = [json.loads(line) for line in shown.stdout.splitlines()]
         self.assertGreater(report["certain"], 0.5 * report["estimates"], report)
         self.assertTrue(moments[-1]["pose"]["certain"], moments)

@@ -18,8 +18,8 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-/// Takes a quoted cell from the front of `rest` (which starts with the quote); nothing when the quote stays
-/// open.
+/// Takes a quoted cell from the front of `rest` (which starts with the quote); none if the quote is not
+/// closed.
 std::optional<std::string> take_quoted(std::string_view& rest) {
   std::string cell;
   for (std::size_t i = 1; i < rest.size(); ++i) {
@@ -36,7 +36,7 @@ std::optional<std::string> take_quoted(std::string_view& rest) {
   return std::nullopt;
 }
 
-/// The cells of one line; nothing when a quote stays open or text follows a closing quote.
+/// The cells of one line; none if a quote is not closed or text follows a closing quote.
 std::optional<std::vector<std::string>> split(std::string_view line) {
   std::vector<std::string> cells;
   for (std::string_view rest = line;;) {
@@ -67,16 +67,15 @@ Status add_line(CsvTable& table, std::int64_t number, std::string_view line) {
     table.columns = std::move(*cells);
     for (auto it = table.columns.begin(); it != table.columns.end(); ++it) {
       if (std::find(table.columns.begin(), it, *it) != it) {
-        return fail(ErrorCode::InvalidArgument, fmt::format("column '{}' is named twice", *it), place);
+        return fail(ErrorCode::InvalidArgument, fmt::format("duplicate column '{}'", *it), place);
       }
     }
     return {};
   }
   if (cells->size() != table.columns.size()) {
-    return fail(
-        ErrorCode::Unreadable,
-        fmt::format("{} cells where the header names {} columns", cells->size(), table.columns.size()), place,
-        "Give each row one cell a column; an empty cell is allowed where the column is optional.");
+    return fail(ErrorCode::Unreadable,
+                fmt::format("{} cells instead of {} as in the header", cells->size(), table.columns.size()),
+                place, "Give each row one cell per column; cells of optional columns may be empty.");
   }
   table.rows.push_back({number, std::move(*cells)});
   return {};
@@ -100,7 +99,7 @@ std::optional<std::size_t> CsvTable::column(std::string_view name) const {
 Result<CsvTable> parse_csv(std::string_view text, std::string source) {
   CsvTable table;
   table.source = std::move(source);
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets put it first
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets write it at the start
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   for (std::int64_t number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -111,7 +110,7 @@ Result<CsvTable> parse_csv(std::string_view text, std::string source) {
   }
   if (table.columns.empty()) {
     return fail(ErrorCode::Unreadable, "no header line", {.source = table.source},
-                "The first line names the columns.");
+                "Put the column names into the first line.");
   }
   return table;
 }

@@ -5,20 +5,20 @@
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// What an estimator must beat: motion without any tag.
+/// Baselines for estimators: motion without any tag.
 namespace waymark {
 
-/// The poses of the wheels' odometry, in its own frame.
+/// Poses of the wheel odometry, in its own frame.
 [[nodiscard]] Trajectory wheel_odometry(const std::vector<Odometry>& odometry);
 
-/// As far forward as the wheels say, turned as the gyro says (its z axis, constant between samples; an offset
-/// of the gyro is not removed). A pose for each odometry sample, from the first that both cover. Both in
-/// order of time; empty when they do not overlap. O(odometry + imu).
+/// Distance by the wheels, rotation by the gyro (its z axis, constant between samples; its bias is not
+/// removed). One pose for each odometry sample, from the first time that both cover. Both inputs in time
+/// order; empty if they do not overlap. O(odometry + imu).
 [[nodiscard]] Trajectory gyro_odometry(const std::vector<Odometry>& odometry,
                                        const std::vector<ImuSample>& imu);
 
-/// The trajectory moved as a whole so that it passes through `start` at its time: where dead reckoning would
-/// be if it had been told the start. Without what lies before; empty when it knows nothing of that time.
+/// The trajectory moved rigidly so that it passes through `start` at its time: dead reckoning from a known
+/// start. Earlier poses are removed; empty if the trajectory does not cover that time.
 [[nodiscard]] EstimatedTrajectory placed_at(const Trajectory& trajectory, const StampedPose& start);
 
 }  // namespace waymark

@@ -18,10 +18,10 @@ namespace waymark {
 namespace {
 
 constexpr std::array<std::string_view, 8> kCorners = {"x0", "y0", "x1", "y1", "x2", "y2", "x3", "y3"};
-constexpr std::array<std::string_view, 14> kKnown = {
+constexpr std::array<std::string_view, 14> kKnownColumns = {
     "image", "id", "x0", "y0", "x1", "y1", "x2", "y2", "x3", "y3", "size", "size_px", "tilt_deg", "family"};
 
-/// Where the columns we read stand in the table.
+/// Indices of the used columns in the table.
 struct Columns {
   std::size_t image = 0;
   std::size_t id = 0;
@@ -31,9 +31,10 @@ struct Columns {
 
 Result<std::size_t> required(const CsvTable& table, std::string_view name) {
   if (const auto found = table.column(name)) return *found;
-  std::vector<std::string> unknown;  // a column we know is not the misspelling of another
+  std::vector<std::string> unknown;  // a known column is not a misspelling
   for (const std::string& column : table.columns) {
-    if (std::find(kKnown.begin(), kKnown.end(), column) == kKnown.end()) unknown.push_back(column);
+    if (std::find(kKnownColumns.begin(), kKnownColumns.end(), column) == kKnownColumns.end())
+      unknown.push_back(column);
   }
   const std::string nearest = nearest_word(name, unknown);
   return fail(ErrorCode::NotFound, fmt::format("no column '{}'", name),
@@ -85,9 +86,10 @@ Result<TagId> read_tag(const CsvTable& table, const CsvRow& row, const Columns& 
   }
   const std::size_t known = family(tag.family).codes.size();
   if (tag.number < 0 || static_cast<std::size_t>(tag.number) >= known) {
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} has no tag {}, only 0 to {}", to_string(tag.family), tag.number, known - 1),
-                {.source = table.source, .line = row.line, .key = "id"});
+    return fail(
+        ErrorCode::InvalidArgument,
+        fmt::format("{} has no tag {}; its ids are 0 to {}", to_string(tag.family), tag.number, known - 1),
+        {.source = table.source, .line = row.line, .key = "id"});
   }
   return tag;
 }
@@ -112,7 +114,7 @@ Result<TrueTag> read_row(const CsvTable& table, const CsvRow& row, const Columns
   return tag;
 }
 
-bool says_no_tag(const CsvRow& row, std::size_t image) {
+bool is_empty_image(const CsvRow& row, std::size_t image) {
   for (std::size_t i = 0; i < row.cells.size(); ++i) {
     if (i != image && !row.cells[i].empty()) return false;
   }
@@ -130,11 +132,11 @@ Result<DetectionTruth> parse_truth(std::string_view text, std::string source) {
   for (const CsvRow& row : table->rows) {
     const std::string& image = row.cells[columns->image];
     if (image.empty()) {
-      return fail(ErrorCode::InvalidArgument, "no image is named",
+      return fail(ErrorCode::InvalidArgument, "missing image name",
                   {.source = table->source, .line = row.line, .key = "image"});
     }
     auto& tags = truth[image];
-    if (says_no_tag(row, columns->image)) continue;
+    if (is_empty_image(row, columns->image)) continue;
     auto tag = read_row(*table, row, *columns);
     if (!tag) return tl::unexpected(tag.error());
     tags.push_back(*tag);
@@ -160,13 +162,13 @@ std::optional<std::string> find_image(const DetectionTruth& truth, std::string_v
 
 namespace {
 
-/// Who is still free on both sides.
+/// Unmatched detections and true tags.
 struct Free {
   std::vector<bool> detections;
   std::vector<bool> truth;
 };
 
-/// Greedy assignment: the nearest pair first. `distance(d, t)` gives a negative number for a pair that may
+/// Greedy assignment: the nearest pair first. `distance(d, t)` returns a negative number for a pair that must
 /// not match.
 template <class Distance>
 std::vector<MatchedPair> take_nearest(Free& free, Distance&& distance) {
@@ -228,7 +230,7 @@ Matching match_detections(std::span<const TagDetection> detections, std::span<co
 
 namespace {
 
-/// Running sums behind CornerScores.
+/// Sums from which CornerScores are computed.
 struct CornerSums {
   std::size_t tags = 0;
   Eigen::Vector2d error = Eigen::Vector2d::Zero();
@@ -263,7 +265,7 @@ struct CornerSums {
   }
 };
 
-/// Running sums behind CornerConsistency.
+/// Sums from which CornerConsistency is computed.
 struct ConsistencySums {
   std::size_t tags = 0;
   std::size_t unusable = 0;
@@ -283,7 +285,7 @@ struct ConsistencySums {
       const auto corner_index = static_cast<std::size_t>(i);
       e.segment<2>(2 * i) = detection.corners_px[corner_index] - truth.corners_px[corner_index];
       const Eigen::Matrix2d block =
-          covariance.block<2, 2>(2 * i, 2 * i);  // definite, as part of a definite whole
+          covariance.block<2, 2>(2 * i, 2 * i);  // positive definite as a principal block
       corner += e.segment<2>(2 * i).dot(block.llt().solve(e.segment<2>(2 * i)));
     }
     tag += e.dot(llt.solve(e));
@@ -298,7 +300,7 @@ struct ConsistencySums {
   }
 };
 
-/// One class being filled.
+/// Sums of one class.
 struct ClassSums {
   std::size_t truth = 0;
   std::size_t found = 0;
@@ -327,7 +329,7 @@ std::optional<std::size_t> class_of(double value, const std::vector<double>& edg
   return std::min(index, edges.size() - 2);
 }
 
-/// Everything being counted, image by image.
+/// Accumulates all counts and sums, image by image.
 class Scorer {
  public:
   Scorer(const MatchOptions& options, const ClassEdges& edges)
@@ -393,8 +395,8 @@ Status check(const std::vector<double>& edges, const char* key) {
   const bool ascending =
       std::adjacent_find(edges.begin(), edges.end(), std::greater_equal<>()) == edges.end();
   if (edges.size() >= 2 && finite && ascending) return {};
-  return fail(ErrorCode::InvalidArgument, "the edges of the classes must be two or more ascending numbers",
-              {.key = key}, "For example 0,16,32,64.");
+  return fail(ErrorCode::InvalidArgument, "class edges must be two or more ascending numbers", {.key = key},
+              "For example 0,16,32,64.");
 }
 
 std::optional<double> ratio(std::size_t part, std::size_t whole) {

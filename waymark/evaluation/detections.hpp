@@ -17,30 +17,31 @@
 
 namespace waymark {
 
-/// A tag that is known to be in an image, and where.
+/// A tag in an image, by the ground truth.
 struct TrueTag {
   TagId tag;
   /// TL, TR, BR, BL of the printed tag, in distorted pixels, centres at +1/2, as in TagDetection.
   std::array<Eigen::Vector2d, 4> corners_px{};
-  double size_px = 0;  ///< side it would have seen face to face; the mean side where the truth does not say
+  double size_px =
+      0;  ///< side length as seen from the front; the mean side if the ground truth does not contain it
   std::optional<double> tilt_deg = {};  ///< angle between line of sight and the tag's normal
 };
 
-/// The tags of each image, by the name the truth gives the image.
+/// The tags of each image, by the image name in the ground truth.
 using DetectionTruth = std::map<std::string, std::vector<TrueTag>>;
 
-/// Reads the truth of detections from CSV text. Columns, in any order: `image, id, x0, y0, x1, y1, x2, y2,
-/// x3, y3`, and, where known, `size` or `size_px` [px], `tilt_deg`, `family` (tag36h11 where there is none);
-/// others are ignored. A row with an image and otherwise empty cells says that the image holds no tag. Fails
-/// with line and column.
+/// Parses the ground truth of detections from CSV text. Columns, in any order: `image, id, x0, y0, x1, y1,
+/// x2, y2, x3, y3`, and optionally `size` or `size_px` [px], `tilt_deg`, `family` (default tag36h11); others
+/// are ignored. A row with an image and otherwise empty cells marks an image without tags. Fails with line
+/// and column.
 [[nodiscard]] Result<DetectionTruth> parse_truth(std::string_view text, std::string source);
 
-/// Which of the truth's images `path` is: the truth may leave out leading folders and the suffix ("A_010_0"
-/// or "clean/A_010_0.png" for "data/clean/A_010_0.png"). The longest name wins; nothing when none fits.
+/// The image of the ground truth that corresponds to `path`. The name in the ground truth may omit leading
+/// folders and the suffix ("A_010_0" or "clean/A_010_0.png" for "data/clean/A_010_0.png"). The longest name
+/// wins; none if no name matches.
 [[nodiscard]] std::optional<std::string> find_image(const DetectionTruth& truth, std::string_view path);
 
-/// When a detection counts as lying on a true tag: its corner distance is at most the larger of the two
-/// limits.
+/// Limits for matching a detection to a true tag: its corner distance is at most the larger of the two.
 struct MatchOptions {
   double match_distance_px = 2.0;
   double match_distance_sides = 0.1;
@@ -58,7 +59,7 @@ struct MatchOptions {
   }
 };
 
-/// A detection and the true tag it is, as indices into the two lists.
+/// A detection and the true tag that it matches, as indices into the two lists.
 struct MatchedPair {
   std::size_t detection = 0;
   std::size_t truth = 0;
@@ -66,34 +67,34 @@ struct MatchedPair {
   friend bool operator==(const MatchedPair&, const MatchedPair&) = default;
 };
 
-/// What became of every detection and every true tag of one image. Each index is in exactly one list of its
-/// side.
+/// Classification of every detection and every true tag of one image. Each index is in exactly one list of
+/// its side.
 struct Matching {
-  std::vector<MatchedPair> correct;  ///< right place, family, id and corner order; nearest first
-  std::vector<MatchedPair>
-      wrong_id;  ///< lies on a true tag (in any rotation) that nothing else found, but is not it
-  std::vector<std::size_t> false_positives;  ///< detections on no true tag, or on one that was found already
-  std::vector<std::size_t> missed;           ///< true tags with no correct detection
+  std::vector<MatchedPair> correct;  ///< right position, family, id and corner order; nearest first
+  /// On a true tag (in any rotation) that no other detection matches, with another id or rotation.
+  std::vector<MatchedPair> wrong_id;
+  std::vector<std::size_t> false_positives;  ///< on no true tag, or on one that is already matched
+  std::vector<std::size_t> missed;           ///< true tags without a correct detection
 };
 
-/// Root mean square of the four corner distances [px], after turning `detected` by `quarter_turns`.
+/// Root mean square of the four corner distances [px], after rotating `detected` by `quarter_turns`.
 [[nodiscard]] double corner_distance_px(const std::array<Eigen::Vector2d, 4>& detected,
                                         const std::array<Eigen::Vector2d, 4>& truth,
                                         std::size_t quarter_turns = 0);
 
-/// Matches the detections of one image to its true tags. The rule: of all pairs with the same family and id
-/// whose corners, in printed order, are within the limit, the nearest pair is taken, then the nearest of what
-/// is left, and so on; ties go to the earlier detection, then the earlier truth. So a tag whose id is seen
-/// once is matched by its id, and tags that share an id by their place. What is left is matched the same way
-/// with ids ignored and corners in any rotation: those are wrong ids. O(detections · truth · log).
+/// Matches the detections of one image to its true tags. Of all pairs with the same family and id whose
+/// corners, in printed order, are within the limit, the nearest pair is taken, then the nearest of the
+/// remaining pairs, and so on; ties are resolved by the earlier detection, then by the earlier true tag. A
+/// unique id is thus matched by id, and duplicate ids by position. The rest is matched in the same way with
+/// ids ignored and corners in any rotation: these are wrong ids. O(detections · truth · log).
 [[nodiscard]] Matching match_detections(std::span<const TagDetection> detections,
                                         std::span<const TrueTag> truth, const MatchOptions& options = {});
 
-/// How far the corners of correct detections lie from the truth. Error = detected - true.
+/// Corner errors of correct detections. Error = detected - true.
 struct CornerScores {
-  std::size_t tags = 0;  ///< correct detections behind the figures, four corners each
+  std::size_t tags = 0;  ///< number of correct detections, with four corners each
   double rmse_px = 0;    ///< root mean square of the Euclidean corner error
-  double rmse_x_px = 0;  ///< the same along x; rmse_px^2 = rmse_x_px^2 + rmse_y_px^2
+  double rmse_x_px = 0;  ///< along x; rmse_px^2 = rmse_x_px^2 + rmse_y_px^2
   double rmse_y_px = 0;
   double worst_px = 0;         ///< largest Euclidean corner error
   double bias_x_px = 0;        ///< mean error to the right
@@ -101,8 +102,8 @@ struct CornerScores {
   double bias_outward_px = 0;  ///< mean error away from the centre of the true tag
 };
 
-/// Whether the reported covariances are consistent: mean of the normalised error squared e' C^-1 e, which is
-/// the number of its degrees of freedom when they are, more when they promise too much (Bar-Shalom, Li and
+/// Consistency of the reported covariances: mean of the normalised squared error e' C^-1 e. It equals its
+/// degrees of freedom for consistent covariances and is larger if they are too small (Bar-Shalom, Li and
 /// Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4).
 struct CornerConsistency {
   std::size_t tags = 0;        ///< correct detections with a positive definite covariance
@@ -110,35 +111,35 @@ struct CornerConsistency {
   double mean_nes_tag = 0;     ///< 8 degrees of freedom: expected 8
 };
 
-/// Counts and corner errors of the true tags in one class (a size, a tilt, or all).
+/// Counts and corner errors of the true tags in one class (by size, by tilt, or all).
 struct ClassScores {
   double low = 0;  ///< the class is [low, high)
   double high = 0;
   std::size_t truth = 0;                     ///< true tags
-  std::size_t found = 0;                     ///< of which correctly detected
-  std::optional<CornerScores> corners = {};  ///< nothing when none was found
+  std::size_t found = 0;                     ///< number of correctly detected ones
+  std::optional<CornerScores> corners = {};  ///< none if no tag was found
 
-  /// found / truth; nothing without true tags.
+  /// found / truth; none without true tags.
   [[nodiscard]] std::optional<double> recall() const;
 };
 
-/// Edges of the classes, ascending; class i is [edges[i], edges[i+1]), the last one includes its upper edge.
-/// What lies outside is in no class.
+/// Edges of the classes, ascending; class i is [edges[i], edges[i+1]), and the last one includes its upper
+/// edge. Values outside are in no class.
 struct ClassEdges {
   std::vector<double> size_px = {0, 11, 13, 15, 18, 22, 28, 40, 70, 140, 1e6};
   std::vector<double> tilt_deg = {0, 10, 25, 40, 55, 65, 72, 90};
 };
 
-/// Fails unless both lists are ascending, finite and hold two edges or more.
+/// Fails unless both lists are ascending and finite and contain at least two edges.
 [[nodiscard]] Status check_edges(const ClassEdges& edges);
 
-/// The answers and the truth of one image.
+/// Detections and ground truth of one image.
 struct ImageDetections {
   std::vector<TagDetection> detections;
   std::vector<TrueTag> truth;
 };
 
-/// How well tags were detected over a set of images.
+/// Detection quality over a set of images.
 struct DetectionScores {
   std::size_t images = 0;
   std::size_t truth = 0;       ///< true tags
@@ -146,18 +147,18 @@ struct DetectionScores {
   std::size_t correct = 0;
   std::size_t wrong_ids = 0;
   std::size_t false_positives = 0;
-  std::optional<CornerScores> corners = {};           ///< nothing when nothing was found
-  std::optional<CornerConsistency> consistency = {};  ///< nothing when no covariance was reported
+  std::optional<CornerScores> corners = {};           ///< none if no tag was found
+  std::optional<CornerConsistency> consistency = {};  ///< none if no covariance was reported
   std::size_t unusable_covariances = 0;               ///< reported, but not positive definite
   std::vector<ClassScores> by_size;
-  std::vector<ClassScores> by_tilt;  ///< empty when no true tag has a tilt
+  std::vector<ClassScores> by_tilt;  ///< empty if no true tag has a tilt
   std::vector<std::vector<ClassScores>>
-      by_size_and_tilt;  ///< [size][tilt], each low..high in degrees; empty like by_tilt
+      by_size_and_tilt;  ///< [size][tilt], with low and high in degrees; empty like by_tilt
 
   [[nodiscard]] std::optional<double> recall() const;
 };
 
-/// Scores a set of images; the order of the images does not matter but for rounding. Requires
+/// Scores a set of images; the order of the images has no effect except for rounding. Requires
 /// check_edges(edges).
 [[nodiscard]] DetectionScores score_detections(std::span<const ImageDetections> images,
                                                const MatchOptions& options = {},

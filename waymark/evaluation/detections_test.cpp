@@ -1,8 +1,10 @@
 #include "waymark/evaluation/detections.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include <rapidcheck.h>
@@ -10,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/samples/tag_detection.hpp"
 
@@ -20,12 +23,19 @@ using ::testing::HasSubstr;
 
 const std::string kHeader = "image,id,x0,y0,x1,y1,x2,y2,x3,y3";
 
-std::string failure(const std::string& text) {
+/// Expects an error with its place and a part of its message or hint, and its words on the golden page.
+void expect_error(const std::string& text, std::optional<std::int64_t> line, const std::string& column,
+                  const std::string& part = "") {
   const auto truth = parse_truth(text, "truth.csv");
-  return truth ? "parsed" : to_string(truth.error());
+  ASSERT_FALSE(truth) << text;
+  EXPECT_EQ(truth.error().place.source, "truth.csv");
+  EXPECT_EQ(truth.error().place.line, line) << text;
+  EXPECT_EQ(truth.error().place.key, column);
+  EXPECT_THAT(to_string(truth.error()), HasSubstr(part));
+  testing::expect_on_page("evaluate", truth.error());
 }
 
-TEST(Truth, ReadsWhatIsThere) {
+TEST(Truth, ParsesRowsAndDefaults) {
   const auto truth =
       parse_truth("size,tilt_deg,family," + kHeader + ",extra\n" + "12,30,,a,7,0,0,10,0,10,10,0,10,?\n" +
                       ",,16h5,a,3,5,5,9,5,9,9,5,9,\n" + ",,,empty,,,,,,,,,,\n",
@@ -41,26 +51,20 @@ TEST(Truth, ReadsWhatIsThere) {
   EXPECT_EQ(tags[0].corners_px[2], Eigen::Vector2d(10, 10));
   EXPECT_EQ(tags[0].corners_px[3], Eigen::Vector2d(0, 10));
   EXPECT_EQ(tags[1].tag, (TagId{FamilyId::Tag16h5, 3}));
-  EXPECT_EQ(tags[1].size_px, 4);  // the mean side, for want of a size
+  EXPECT_EQ(tags[1].size_px, 4);  // the mean side, because there is no size
   EXPECT_FALSE(tags[1].tilt_deg);
 }
 
-TEST(Truth, SaysLineColumnAndCure) {
-  EXPECT_THAT(failure("image,id,x0,y0,x1,y1,x2,y2,x3,yy3\n"),
-              HasSubstr("truth.csv (y3): no column 'y3'. Did you mean 'yy3'?"));
-  EXPECT_THAT(failure(kHeader + "\na,7,0,0,10,0,10,ten,0,10\n"),
-              HasSubstr("truth.csv:2 (y2): 'ten' is not a finite number"));
-  EXPECT_THAT(failure(kHeader + "\na,7.5,0,0,10,0,10,10,0,10\n"),
-              HasSubstr("truth.csv:2 (id): '7.5' is not a whole"));
-  EXPECT_THAT(failure(kHeader + "\na,587,0,0,10,0,10,10,0,10\n"),
-              HasSubstr("truth.csv:2 (id): tag36h11 has no tag 587"));
-  EXPECT_THAT(failure(kHeader + "\na,-1,0,0,10,0,10,10,0,10\n"), HasSubstr("truth.csv:2 (id)"));
-  EXPECT_THAT(failure(kHeader + "\n,1,0,0,10,0,10,10,0,10\n"), HasSubstr("truth.csv:2 (image): no image"));
-  EXPECT_THAT(failure(kHeader + ",family\na,1,0,0,10,0,10,10,0,10,tag36h12\n"),
-              HasSubstr("truth.csv:2 (family)"));
-  EXPECT_THAT(failure(kHeader + ",tilt_deg\na,1,0,0,10,0,10,10,0,10,91\n"),
-              HasSubstr("91 is outside [0, 90]"));
-  EXPECT_THAT(failure(kHeader + ",size\na,1,0,0,10,0,10,10,0,10,-1\n"), HasSubstr("truth.csv:2 (size)"));
+TEST(Truth, ReportsLineColumnAndCorrection) {
+  expect_error("image,id,x0,y0,x1,y1,x2,y2,x3,yy3\n", {}, "y3", "'yy3'");
+  expect_error(kHeader + "\na,7,0,0,10,0,10,ten,0,10\n", 2, "y2", "'ten'");
+  expect_error(kHeader + "\na,7.5,0,0,10,0,10,10,0,10\n", 2, "id", "'7.5'");
+  expect_error(kHeader + "\na,587,0,0,10,0,10,10,0,10\n", 2, "id", "587");
+  expect_error(kHeader + "\na,-1,0,0,10,0,10,10,0,10\n", 2, "id");
+  expect_error(kHeader + "\n,1,0,0,10,0,10,10,0,10\n", 2, "image");
+  expect_error(kHeader + ",family\na,1,0,0,10,0,10,10,0,10,tag36h12\n", 2, "family");
+  expect_error(kHeader + ",tilt_deg\na,1,0,0,10,0,10,10,0,10,91\n", 2, "tilt_deg", "[0, 90]");
+  expect_error(kHeader + ",size\na,1,0,0,10,0,10,10,0,10,-1\n", 2, "size");
 }
 
 TEST(Truth, FindsTheImageOfAPath) {
@@ -92,26 +96,25 @@ TagDetection detection(int number, Corners corners, const Eigen::Vector2d& shift
   return {.tag = {FamilyId::Tag36h11, number}, .corners_px = corners};
 }
 
-TEST(Matching, ByIdWhereIdsAreDistinct) {
+TEST(Matching, ByIdForUniqueIds) {
   const std::vector<TrueTag> truth = {true_tag(1, square(0, 0, 20)), true_tag(2, square(1, 0, 20))};
-  // Nearer to the other one's place, but the ids settle it.
+  // Each is nearer to the position of the other, but the ids decide.
   const std::vector<TagDetection> found = {detection(2, square(0, 0, 20)), detection(1, square(1, 0, 20))};
   const Matching matching = match_detections(found, truth);
   EXPECT_THAT(matching.correct, ElementsAre(MatchedPair{0, 1}, MatchedPair{1, 0}));
   EXPECT_THAT(matching.missed, IsEmpty());
 }
 
-TEST(Matching, ByPlaceWhereIdsAreShared) {
+TEST(Matching, ByPositionForDuplicateIds) {
   const std::vector<TrueTag> truth = {true_tag(0, square(0, 0, 20)), true_tag(0, square(1.5, 0, 20))};
-  // The first detection is within reach of both; the second is nearer to the first truth, so the first must
-  // give way.
+  // The first detection is within the limit of both true tags; the second is nearer to the first one.
   const std::vector<TagDetection> found = {detection(0, square(0.5, 0, 20)),
                                            detection(0, square(0.1, 0, 20))};
   const Matching matching = match_detections(found, truth);
   EXPECT_THAT(matching.correct, ElementsAre(MatchedPair{1, 0}, MatchedPair{0, 1}));
 }
 
-TEST(Matching, TheSameTagElsewhereOrTurnedIsNotCorrect) {
+TEST(Matching, AnotherPositionOrRotationIsNotCorrect) {
   const std::vector<TrueTag> truth = {true_tag(1, square(0, 0, 20))};
   EXPECT_THAT(match_detections(std::vector{detection(1, square(50, 0, 20))}, truth).false_positives,
               ElementsAre(0U));
@@ -119,8 +122,7 @@ TEST(Matching, TheSameTagElsewhereOrTurnedIsNotCorrect) {
   std::rotate(turned.begin(), turned.begin() + 1, turned.end());
   const Matching matching = match_detections(std::vector{detection(1, turned)}, truth);
   EXPECT_THAT(matching.correct, IsEmpty());
-  EXPECT_THAT(matching.wrong_id,
-              ElementsAre(MatchedPair{0, 0}));  // read in a wrong rotation: a decoding error
+  EXPECT_THAT(matching.wrong_id, ElementsAre(MatchedPair{0, 0}));  // decoded in a wrong rotation
   EXPECT_THAT(matching.missed, ElementsAre(0U));
 }
 
@@ -140,8 +142,8 @@ TEST(Matching, ASecondReportOfATagIsAFalsePositive) {
   EXPECT_THAT(matching.false_positives, ElementsAre(0U));
 }
 
-TEST(Matching, EveryIndexHasOnePlace) {
-  rc::check("detections and truth are partitioned", [] {
+TEST(Matching, EveryIndexIsInOneList) {
+  rc::check("detections and ground truth are partitioned", [] {
     Random random(*rc::gen::arbitrary<std::uint64_t>());
     std::vector<TrueTag> truth;
     std::vector<TagDetection> found;
@@ -165,7 +167,7 @@ TEST(Matching, EveryIndexHasOnePlace) {
   });
 }
 
-TEST(Scores, OfNothingAreEmptyNotNan) {
+TEST(Scores, AreEmptyWithoutImages) {
   const DetectionScores scores = score_detections({});
   EXPECT_EQ(scores.recall(), std::nullopt);
   EXPECT_FALSE(scores.corners);
@@ -174,7 +176,7 @@ TEST(Scores, OfNothingAreEmptyNotNan) {
   for (const ClassScores& row : scores.by_size) EXPECT_EQ(row.recall(), std::nullopt);
 }
 
-TEST(Scores, CountAndMeasureAKnownShift) {
+TEST(Scores, MeasureAKnownShift) {
   const ImageDetections image{
       .detections = {detection(1, square(0, 0, 20), {0.3, -0.4}), detection(9, square(100, 0, 50)),
                      detection(5, square(300, 300, 20))},
@@ -204,7 +206,7 @@ TEST(Scores, CountAndMeasureAKnownShift) {
   EXPECT_EQ(truth, scores.truth);
 }
 
-TEST(Scores, OutwardBiasIsTheGrowthOfTheTag) {
+TEST(Scores, OutwardBiasMeasuresEnlargedTags) {
   const TrueTag truth = true_tag(1, square(10, 10, 20));
   const double grow = 0.1 / std::sqrt(2.0);
   const ImageDetections image{.detections = {detection(1, square(10 - grow, 10 - grow, 20 + 2 * grow))},
@@ -215,7 +217,7 @@ TEST(Scores, OutwardBiasIsTheGrowthOfTheTag) {
   EXPECT_NEAR(corners.bias_x_px, 0, 1e-12);
 }
 
-TEST(Scores, ClassesIncludeTheirLowerEdgeAndTheLastItsUpper) {
+TEST(Scores, ClassesIncludeTheirLowerEdgeAndTheLastItsUpperEdge) {
   const ClassEdges edges{.size_px = {10, 20, 40}, .tilt_deg = {0, 45, 90}};
   ASSERT_TRUE(check_edges(edges));
   ImageDetections image;
@@ -226,17 +228,18 @@ TEST(Scores, ClassesIncludeTheirLowerEdgeAndTheLastItsUpper) {
   ASSERT_EQ(scores.by_size.size(), 2U);
   EXPECT_EQ(scores.by_size[0].truth, 1U);
   EXPECT_EQ(scores.by_size[1].truth, 2U);
-  EXPECT_EQ(scores.by_tilt[1].truth, 5U);  // a size in no class does not hide the tilt
+  EXPECT_EQ(scores.by_tilt[1].truth,
+            5U);  // a size outside all classes does not exclude the tag from the tilt classes
 }
 
-TEST(Scores, BadEdgesAreRefused) {
+TEST(Scores, InvalidEdgesAreRejected) {
   EXPECT_FALSE(check_edges({.size_px = {1}}));
   EXPECT_FALSE(check_edges({.size_px = {1, 1}}));
   EXPECT_FALSE(check_edges({.tilt_deg = {0, std::numeric_limits<double>::quiet_NaN()}}));
   EXPECT_EQ(check_edges({.tilt_deg = {3, 2}}).error().place.key, "tilt_edges_deg");
 }
 
-TEST(Scores, HonestCovariancesGiveTheirDegreesOfFreedom) {
+TEST(Scores, ConsistentCovariancesGiveTheirDegreesOfFreedom) {
   constexpr int kTags = 4000;
   Random random(7);
   CornerCovariance root;
@@ -258,10 +261,10 @@ TEST(Scores, HonestCovariancesGiveTheirDegreesOfFreedom) {
   const CornerConsistency consistency = scores.consistency.value_or(CornerConsistency{});
   EXPECT_EQ(consistency.tags, static_cast<std::size_t>(kTags));
   EXPECT_EQ(scores.unusable_covariances, 1U);
-  // Chi-square with k degrees of freedom: variance 2k; 4 sigma of the mean.
+  // Chi-square with k degrees of freedom has variance 2k; the tolerance is 4 sigma of the mean.
   EXPECT_NEAR(consistency.mean_nes_tag, 8, 4 * std::sqrt(16.0 / kTags));
   EXPECT_NEAR(consistency.mean_nes_corner, 2,
-              4 * std::sqrt(4.0 / kTags));  // corners of a tag are correlated
+              4 * std::sqrt(4.0 / kTags));  // the corners of a tag are correlated
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 double angle_between(double from, double to) { return std::remainder(to - from, 2 * std::numbers::pi); }
 
-/// Nearest point of the stretch from pose i to the next.
+/// Nearest point of the segment from pose i to the next.
 PathFoot foot_on(const std::vector<PathPose>& path, std::size_t i, const Eigen::Vector2d& map_p) {
   const PathPose& a = path[i];
   const PathPose& b = path[i + 1];
@@ -47,11 +47,11 @@ std::vector<PathPose> driven_path(const Trajectory& trajectory, double step_m) {
 }
 
 std::optional<double> lap_length_m(const std::vector<PathPose>& path) {
-  constexpr double kSameWay = 0.8;  // [rad]
+  constexpr double kSameHeading = 0.8;  // [rad]
   double farthest = 0;
   for (const PathPose& at : path) farthest = std::max(farthest, (at.map_p - path[0].map_p).norm());
-  const double back_m = std::min(1.0, farthest / 4);  // [m] this near to the start is back
-  const double away_m = std::min(2.0, farthest / 2);  // [m] … once it was this far from it
+  const double back_m = std::min(1.0, farthest / 4);  // [m] distance from the start that counts as a return …
+  const double away_m = std::min(2.0, farthest / 2);  // [m] … after this distance was exceeded
   bool was_away = false;
   std::optional<PathFoot> closing;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
@@ -59,7 +59,8 @@ std::optional<double> lap_length_m(const std::vector<PathPose>& path) {
     was_away = was_away || distance > away_m;
     if (!was_away) continue;
     if (closing && distance > back_m) break;  // past the first return
-    if (distance > back_m || std::abs(angle_between(path[0].yaw_rad, path[i].yaw_rad)) > kSameWay) continue;
+    if (distance > back_m || std::abs(angle_between(path[0].yaw_rad, path[i].yaw_rad)) > kSameHeading)
+      continue;
     keep_nearer(closing, foot_on(path, i, path[0].map_p));
   }
   return closing ? std::optional(closing->arc_length_m) : std::nullopt;

@@ -10,34 +10,34 @@
 
 namespace waymark::internal {
 
-/// A pose on the floor with the way to it.
+/// A pose on the floor with its distance along the path.
 struct PathPose {
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
   double yaw_rad = 0;
   double arc_length_m = 0;
   std::size_t pose = 0;    ///< index into the trajectory
-  bool backwards = false;  ///< the way to it; of the first pose, the way from it
+  bool backwards = false;  ///< direction of driving to the pose; for the first pose, from it
 };
 
-/// The poses of a trajectory that are at least `step_m` from the one before: standing still counts once.
+/// The poses of a trajectory that are at least `step_m` from the previous one: a standstill adds one pose.
 [[nodiscard]] std::vector<PathPose> driven_path(const Trajectory& trajectory, double step_m);
 
-/// Where the path comes back to its start, pointing the same way: the arc length of one lap. Nothing when it
-/// does not.
+/// Length of one lap: the arc length at which the path returns to its start with the same heading. None if it
+/// does not return.
 [[nodiscard]] std::optional<double> lap_length_m(const std::vector<PathPose>& path);
 
-/// The nearest point of a path.
+/// A point of a path nearest to a pose.
 struct PathFoot {
   double arc_length_m = 0;
   double distance_m = 0;
   double yaw_rad = 0;
 };
 
-/// Nearest point anywhere on the path where it points within a right angle of `yaw_rad`.
+/// Nearest point on the path where its direction is within 90 degrees of the heading of the pose.
 [[nodiscard]] std::optional<PathFoot> nearest_foot(const std::vector<PathPose>& path, const PathPose& at);
-/// Nearest point with an arc length in [from_m, to_m] where the path was driven forwards or backwards as the
-/// pose is: after a change of direction it leads over itself. Nothing when there is none. O(log poses +
-/// window).
+/// Nearest point with an arc length in [from_m, to_m] where the path was driven in the same direction
+/// (forwards or backwards) as the pose: after a change of direction a path overlaps itself. None if there is
+/// no such point. O(log poses + window).
 [[nodiscard]] std::optional<PathFoot> nearest_foot(const std::vector<PathPose>& path, const PathPose& at,
                                                    double from_m, double to_m);
 

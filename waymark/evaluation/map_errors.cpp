@@ -13,7 +13,7 @@
 namespace waymark {
 namespace {
 
-/// Sums of squares on the way to the figures.
+/// Intermediate sums of squares.
 struct Sums {
   std::size_t count = 0;
   double squared_m2 = 0;
@@ -102,7 +102,7 @@ std::optional<Residuals> residuals_px(const TagDetection& seen, const MappedTag&
   return residuals;
 }
 
-/// Sums until all observations are in.
+/// Accumulates the residuals of one observation.
 void add(const Residuals& residuals, double distance_m, TagReprojection& sums) {
   sums.nearest_m = sums.observations == 0 ? distance_m : std::min(sums.nearest_m, distance_m);
   sums.farthest_m = std::max(sums.farthest_m, distance_m);

@@ -8,50 +8,50 @@
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/trajectory.hpp"
 
-/// How far an estimated map and trajectory are from the truth, in the frame both claim to be in: anchored,
-/// nothing is aligned.
+/// Errors of an estimated map and trajectory in their common anchored frame, without alignment.
 namespace waymark {
 
 struct TagMapErrors {
-  std::size_t tags = 0;             ///< in both maps: the figures are over these
-  double rmse_m = 0;                ///< root mean square distance of the centres
-  double max_m = 0;                 ///< largest of them
+  std::size_t tags = 0;             ///< in both maps; the other values are over these
+  double rmse_m = 0;                ///< root mean square distance of the tag centres
+  double max_m = 0;                 ///< largest distance
   double orientation_rmse_deg = 0;  ///< root mean square angle of map_R_tag from the true one
-  std::vector<TagId> missing{};     ///< in the truth only
-  std::vector<TagId> unknown{};     ///< in the estimate only
+  std::vector<TagId> missing{};     ///< only in the ground truth
+  std::vector<TagId> unknown{};     ///< only in the estimate
 };
 
-/// All figures are 0 when no tag is in both. O(tags).
+/// All values are 0 if no tag is in both maps. O(tags).
 [[nodiscard]] TagMapErrors tag_map_errors(const TagMap& estimated, const TagMap& truth);
 
 struct TrajectoryErrors {
-  std::size_t poses = 0;  ///< estimated poses within the time of the truth: the figures are over these
-  double rmse_m = 0;      ///< root mean square distance of the base
-  double max_m = 0;       ///< largest of them
+  std::size_t poses =
+      0;  ///< estimated poses within the time of the ground truth; the other values are over these
+  double rmse_m = 0;  ///< root mean square distance of the base
+  double max_m = 0;   ///< largest distance
   double orientation_rmse_deg = 0;
 };
 
-/// Each estimated pose against the truth at its stamp, interpolated between the two true poses about it
-/// (straight line, shortest turn). Both in order of time. O(poses).
+/// Compares each estimated pose with the ground truth at its stamp, interpolated linearly between the two
+/// neighbouring poses. Both inputs in time order. O(poses).
 [[nodiscard]] TrajectoryErrors trajectory_errors(const Trajectory& estimated, const Trajectory& truth);
 
-/// Whether the anchor of a map stands where the truth has it, but for the error of a measured lean or place
-/// (2 cm, 0.02 rad): only then do errors without alignment mean anything.
+/// Whether the anchor of a map is at its true pose, within the error of a measured tilt or position (2 cm,
+/// 0.02 rad). Otherwise errors without alignment are meaningless.
 [[nodiscard]] bool in_frame_of_truth(const SE3& map_T_anchor, const SE3& true_map_T_anchor);
 
-/// How well a map and a trajectory explain the corners of one tag.
+/// Reprojection errors of one tag for a map and a trajectory.
 struct TagReprojection {
   std::size_t observations = 0;
   double rms_px = 0;                                  ///< over both coordinates of all corners
-  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< of seen less predicted corners
-  double largest_px = 0;                              ///< distance of the worst corner
-  double nearest_m = 0;                               ///< from camera to the tag's centre
+  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< of observed minus predicted corners
+  double largest_px = 0;                              ///< of a single corner
+  double nearest_m = 0;                               ///< from camera to tag centre
   double farthest_m = 0;
 };
 
-/// Every observation of a mapped tag, predicted from the pose of the trajectory at the time of its frame.
-/// Frames outside the trajectory, tags not in the map and corners that the camera cannot have seen are left
-/// out. O(observations log poses).
+/// Predicts every observation of a map tag from the pose of the trajectory at the time of its frame. Frames
+/// outside the trajectory, tags that are not in the map and corners that cannot be visible are skipped.
+/// O(observations log poses).
 [[nodiscard]] std::map<TagId, TagReprojection> tag_reprojection(const std::vector<TagFrame>& frames,
                                                                 const TagMap& map,
                                                                 const Trajectory& trajectory,

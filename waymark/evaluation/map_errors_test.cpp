@@ -16,7 +16,7 @@ constexpr double kPi = std::numbers::pi;
 
 SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-TEST(MapErrors, NothingIsAligned) {
+TEST(MapErrors, AreComputedWithoutAlignment) {
   TagMap truth;
   TagMap estimated;
   const SE3 moved(SO3::exp({0, 0, 0.02}), {0.3, 0.4, 0});
@@ -39,7 +39,7 @@ TEST(MapErrors, NothingIsAligned) {
   EXPECT_NEAR(errors.orientation_rmse_deg, 0.02 * 180 / kPi, 1e-9);
 }
 
-TEST(MapErrors, ATrajectoryIsComparedAtItsOwnStamps) {
+TEST(MapErrors, CompareATrajectoryAtItsOwnStamps) {
   Trajectory truth;
   for (int i = 0; i <= 10; ++i) truth.push_back({at(i), lift(SE2(i, 0, 0))});
   const Trajectory estimated = {
@@ -60,7 +60,7 @@ CameraModel camera() {
   return CameraModel::make(PinholeRadtan{.fx = 600, .fy = 600, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// A tag two metres ahead of the origin, at the height of the camera, readable from there.
+/// A tag two metres ahead of the origin, at the height of the camera and visible from there.
 TagMap map_of_one() { return {{{kTag, {SE3(body_R_optical(), Eigen::Vector3d(2, 0, 0.2)), 0.2, {}}}}}; }
 
 TagFrame seen_from_origin(const Eigen::Vector2d& off_px) {
@@ -76,7 +76,7 @@ TagFrame seen_from_origin(const Eigen::Vector2d& off_px) {
 const Trajectory kStanding = {{SensorTime(std::chrono::milliseconds(900)), SE3()},
                               {SensorTime(std::chrono::milliseconds(1100)), SE3()}};
 
-TEST(TagReprojection, IsWhatTheCornersAreOffBy) {
+TEST(TagReprojection, IsTheErrorOfTheCorners) {
   const auto found = tag_reprojection({seen_from_origin({0.3, -0.4}), seen_from_origin({0.3, 0.4})},
                                       map_of_one(), kStanding, camera(), kCamera);
   ASSERT_EQ(found.size(), 1U);
@@ -89,7 +89,7 @@ TEST(TagReprojection, IsWhatTheCornersAreOffBy) {
   EXPECT_NEAR(tag.nearest_m, 2, 1e-9);
 }
 
-TEST(TagReprojection, LeavesOutWhatCannotBePredicted) {
+TEST(TagReprojection, SkipsObservationsThatCannotBePredicted) {
   TagFrame late = seen_from_origin({0, 0});
   late.stamp = SensorTime(std::chrono::seconds(9));
   TagFrame unmapped = seen_from_origin({0, 0});

@@ -15,12 +15,12 @@ namespace {
 
 constexpr double kLeastCell_px = 5;
 constexpr double kMaxReach_px = 8;
-constexpr double kReachOfCell = 0.85;  // neither the data bits nor what lies beyond the paper
+constexpr double kReachOfCell = 0.85;  // excludes the data bits and the area beyond the paper
 constexpr double kStep_px = 0.5;
 constexpr double kLeastContrast = 30;
-constexpr double kSaturated = 250;  // a step that is cut off is steeper than it was
-// What sampling a picture between its pixels adds, on average over the places between them: of the pixel's
-// box 1/12, of the linear interpolation 1/6.
+constexpr double kSaturated = 250;  // a clipped step would appear steeper
+// Variance added by sampling between pixels, averaged over subpixel positions: 1/12 for the pixel area, 1/6
+// for the linear interpolation.
 constexpr double kSampling_px2 = 1.0 / 12 + 1.0 / 6;
 
 const TagDetection* find(const TagFrame& frame, const TagId& tag) {
@@ -28,7 +28,7 @@ const TagDetection* find(const TagFrame& frame, const TagId& tag) {
   return it == frame.detections.end() ? nullptr : &*it;
 }
 
-/// Grey levels across the edge from `reach` inside to `reach` outside, averaged along its middle part.
+/// Grey levels across the edge from `reach` inside to `reach` outside, averaged along its central part.
 std::vector<double> profile_across(const ImageView& image, const Eigen::Vector2d& from,
                                    const Eigen::Vector2d& to, const Eigen::Vector2d& outward,
                                    double reach_px) {
@@ -45,8 +45,8 @@ std::vector<double> profile_across(const ImageView& image, const Eigen::Vector2d
   return levels;
 }
 
-/// Second central moment of the step as a density over the distance from the edge; nothing where there is no
-/// step, or it lies outside the middle.
+/// Second central moment of the step as a density over the distance from the edge; none if there is no step
+/// or it is outside the central part.
 std::optional<double> variance_of_step(const std::vector<double>& levels, double reach_px) {
   const std::size_t n = levels.size();
   const double inside = (levels[0] + levels[1] + levels[2]) / 3;
@@ -56,15 +56,15 @@ std::optional<double> variance_of_step(const std::vector<double>& levels, double
   double moment = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const double d = static_cast<double>(k) * kStep_px - reach_px;
-    const double weight = (k == 0 || k + 1 == n) ? kStep_px / 2 : kStep_px;  // trapezoids
+    const double weight = (k == 0 || k + 1 == n) ? kStep_px / 2 : kStep_px;  // trapezoidal rule
     const double share = (levels[k] - inside) / (outside - inside);
     area += weight * share;
     moment += weight * d * share;
   }
-  // Integrals by parts of d and d^2 times the slope.
+  // Integrals of d and d^2 times the slope, by parts.
   const double mean = reach_px - area;
   const double variance = reach_px * reach_px - 2 * moment - mean * mean;
-  const double most = reach_px / 2.2;  // wider ones are cut off
+  const double most = reach_px / 2.2;  // wider ones are truncated
   if (std::abs(mean) > 1.5 || variance <= 0 || variance > most * most) return std::nullopt;
   return variance;
 }
@@ -96,7 +96,7 @@ std::vector<EdgeBlur> edge_blurs(const ImageView& image, const TagFrame& before,
       const double cell_px =
           std::min((to - from).norm(), (beside - from).norm()) / family(tag.tag.family).width_at_border;
       if (cell_px < kLeastCell_px) continue;
-      const double reach_px =  // of whole steps, so that both ends count alike
+      const double reach_px =  // a multiple of the step, so that both ends are sampled alike
           kStep_px * std::floor(std::min(kReachOfCell * cell_px, kMaxReach_px) / kStep_px);
       if (!inside(image, tag, reach_px + 1)) continue;
       Eigen::Vector2d outward = Eigen::Vector2d(to.y() - from.y(), from.x() - to.x()).normalized();
@@ -114,9 +114,9 @@ std::vector<EdgeBlur> edge_blurs(const ImageView& image, const TagFrame& before,
 
 std::optional<BlurFit> fit_exposure(std::vector<EdgeBlur> edges) {
   constexpr std::size_t kClasses = 8;
-  constexpr std::size_t kFewest = 200;
+  constexpr std::size_t kMinEdges = 200;
   constexpr double kLeastSmear_px2 = 0.02;
-  if (edges.size() < kFewest) return std::nullopt;
+  if (edges.size() < kMinEdges) return std::nullopt;
   std::ranges::sort(edges, {}, &EdgeBlur::speed_px_s);
   std::array<double, kClasses> x{};  // v^2
   std::array<double, kClasses> y{};

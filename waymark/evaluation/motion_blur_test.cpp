@@ -1,4 +1,4 @@
-// Black squares whose edges are blurred by a lens, a pixel and a motion that are known.
+// Black squares with known blur by lens, pixel and motion.
 #include "waymark/evaluation/motion_blur.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ const TagId kSquare{FamilyId::Tag36h11, 3};
 
 double below(double x, double sigma) { return 0.5 * std::erfc(-x / (sigma * std::numbers::sqrt2)); }
 
-/// Share of the square's shadow at x when its left side is at `left`.
+/// Share of the pixel at x that the square covers, with its left side at `left`.
 double shadow(double x, double left, double sigma) {
   return below(x - left, sigma) - below(x - left - kSide_px, sigma);
 }
@@ -35,10 +35,10 @@ TagFrame frame_at(double left, double top, double stamp_s) {
   return frame;
 }
 
-/// The square moves to the right while the shutter is open; `gamma` as a camera applies it.
+/// The square moves to the right during the exposure; `gamma` is applied as by a camera.
 Image picture(double left, double top, double smear_px, double sigma_px, double gamma, Random& random) {
   constexpr int kMoments = 24;
-  const double sigma = std::hypot(sigma_px, std::sqrt(1.0 / 12));  // the pixel as a Gaussian
+  const double sigma = std::hypot(sigma_px, std::sqrt(1.0 / 12));  // the pixel area as a Gaussian
   Image image(kPictureWidth, kPictureHeight);
   std::vector<double> dark(kPictureWidth, 0.0);
   for (int x = 0; x < kPictureWidth; ++x)
@@ -73,20 +73,20 @@ std::optional<BlurFit> fit_of(double exposure_s, double sigma_px, double gamma, 
   return fit_exposure(std::move(edges));
 }
 
-TEST(MotionBlur, TheExposureAndTheLensAreFoundInLinearPictures) {
+TEST(MotionBlur, EstimatesExposureAndLensBlurInLinearImages) {
   const auto fit = fit_of(0.010, 0.6, 1, 400);
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->exposure_s, 0.010, 0.0005);
   EXPECT_NEAR(fit->still_sigma_px, 0.6, 0.08);
 }
 
-TEST(MotionBlur, GammaChangesTheExposureByLittle) {
+TEST(MotionBlur, GammaHasASmallEffectOnTheExposure) {
   const auto fit = fit_of(0.010, 0.6, 2.2, 400);
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->exposure_s, 0.010, 0.001);
 }
 
-TEST(MotionBlur, ASaturatedStepIsLeftOut) {
+TEST(MotionBlur, SkipsSaturatedEdges) {
   Random random(5);
   Image image = picture(100, 60, 0, 0.6, 1, random);
   for (int y = 0; y < kPictureHeight; ++y)
@@ -96,13 +96,13 @@ TEST(MotionBlur, ASaturatedStepIsLeftOut) {
       edge_blurs(image, frame_at(100, 60, 0.9), frame_at(100, 60, 1), frame_at(100, 60, 1.1)).empty());
 }
 
-TEST(MotionBlur, WhatMovesTooSlowlyTellsNothing) {
+TEST(MotionBlur, NoEstimateForSlowMotion) {
   EXPECT_FALSE(fit_of(0.010, 0.6, 1, 15));
-  EXPECT_FALSE(fit_of(0, 0.6, 1, 400)) << "no exposure, no smear";
+  EXPECT_FALSE(fit_of(0, 0.6, 1, 400)) << "no motion blur without exposure time";
   EXPECT_FALSE(fit_exposure({}));
 }
 
-TEST(MotionBlur, EdgesNeedNeighboursContrastAndPlace) {
+TEST(MotionBlur, SkipsEdgesWithoutNeighboursContrastOrSpace) {
   Random random(5);
   const TagFrame here = frame_at(100, 60, 1);
   const Image image = picture(100, 60, 0, 0.6, 1, random);

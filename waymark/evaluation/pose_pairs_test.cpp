@@ -12,7 +12,7 @@ namespace {
 
 SensorTime at_s(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-TEST(Pairs, BetweenPosesAndNotAcrossGaps) {
+TEST(Pairs, InterpolateButNotAcrossGaps) {
   Trajectory truth = {{at_s(0), SE3()}, {at_s(1), SE3(SO3::exp({0, 0, 1}), {2, 0, 0})}, {at_s(9), SE3()}};
   const auto half = pose_at(truth, at_s(0.5), std::chrono::seconds(2));
   ASSERT_TRUE(half);

@@ -17,9 +17,10 @@ namespace waymark {
 namespace {
 
 constexpr double kStanding = 0.01;   // m/s, rad/s
-constexpr double kSettling_s = 0.3;  // what rocks when it stops is no bias
-constexpr double kNormal = 1.4826;   // median absolute deviation to standard deviation
-constexpr std::size_t kFewest = 20;  // numbers for a figure
+constexpr double kSettling_s = 0.3;  // oscillation after a stop is not a bias
+constexpr double kNormal =
+    1.4826;  // median absolute deviation to standard deviation of a normal distribution
+constexpr std::size_t kMinSamples = 20;  // for a statistic
 
 double spread(std::vector<double> values) {
   const double middle = quantile(values, 0.5);
@@ -35,7 +36,7 @@ std::vector<double> steps_of(const std::vector<double>& stamps) {
   return steps;
 }
 
-/// A longer step is a gap.
+/// A longer step counts as a gap.
 double longest_regular(const std::vector<double>& steps) { return std::max(0.3, 5 * quantile(steps, 0.5)); }
 
 StreamProfile stream_of(const std::vector<double>& stamps) {
@@ -66,7 +67,7 @@ std::vector<Gap> gaps_of(const std::vector<double>& stamps) {
   return gaps;
 }
 
-/// The value that holds at a moment; `at` moves forward from call to call.
+/// The newest value at a time; `at` only advances from call to call.
 template <class Point>
 const Point& held(const std::vector<Point>& points, double at_s, std::size_t& at) {
   while (at + 1 < points.size() && points[at + 1].at_s <= at_s) ++at;
@@ -119,7 +120,7 @@ void RecordingProfiler::add(const Sample& sample) {
 }
 
 void RecordingProfiler::measure_imu(RecordingProfile& profile) const {
-  // White noise makes second differences of six times its variance; motion hardly any.
+  // Second differences of white noise have six times its variance; motion adds hardly anything.
   const auto white = [](const auto& values, const auto& value) {
     std::vector<double> differences;
     for (std::size_t i = 2; i < values.size(); ++i)
@@ -127,7 +128,7 @@ void RecordingProfiler::measure_imu(RecordingProfile& profile) const {
                             std::sqrt(6.0));
     return kNormal * spread(std::move(differences));
   };
-  if (gyro_.size() < kFewest) return;
+  if (gyro_.size() < kMinSamples) return;
   profile.gyro_noise_rad_s = white(gyro_, [](const Speed& s) { return s.rad_s; });
   profile.acceleration_noise_m_s2 = white(acceleration_, [](double a) { return a; });
   std::vector<double> standing;
@@ -139,7 +140,7 @@ void RecordingProfiler::measure_imu(RecordingProfile& profile) const {
     if (std::abs(speed.m_s) >= kStanding || std::abs(speed.rad_s) >= kStanding) moved_s = rate.at_s;
     if (rate.at_s - moved_s >= kSettling_s) standing.push_back(rate.rad_s);
   }
-  if (standing.size() >= kFewest) profile.gyro_bias_rad_s = quantile(std::move(standing), 0.5);
+  if (standing.size() >= kMinSamples) profile.gyro_bias_rad_s = quantile(std::move(standing), 0.5);
 }
 
 void RecordingProfiler::measure_cameras(RecordingProfile& profile) const {
@@ -158,8 +159,8 @@ void RecordingProfiler::measure_cameras(RecordingProfile& profile) const {
   measure_tags(busiest->frames, profile);
 }
 
-/// Second differences of the corners, in units of the noise of one coordinate. What moves the whole tag in
-/// the picture, as a camera that shakes does, is left out: a quarter of the variance goes with it.
+/// Second differences of the corners, in units of the noise of one coordinate. The common motion of the tag,
+/// for example by camera shake, is removed, and with it a quarter of the variance.
 void RecordingProfiler::add_corner_noise(const TagDetection& first, const TagDetection& middle,
                                          const TagDetection& last, std::vector<double>& noise) {
   const double scale = std::sqrt(4.0 / 3) / std::sqrt(6.0);
@@ -176,7 +177,7 @@ void RecordingProfiler::add_corner_noise(const TagDetection& first, const TagDet
 }
 
 void RecordingProfiler::measure_tags(const std::vector<TagFrame>& frames, RecordingProfile& profile) {
-  if (frames.size() < kFewest) return;
+  if (frames.size() < kMinSamples) return;
   const auto find = [](const TagFrame& frame, const TagId& tag) {
     const auto it = std::ranges::find(frame.detections, tag, &TagDetection::tag);
     return it == frame.detections.end() ? nullptr : &*it;
@@ -199,7 +200,7 @@ void RecordingProfiler::measure_tags(const std::vector<TagFrame>& frames, Record
   }
   profile.tags_per_frame = tags / static_cast<double>(frames.size());
   if (seen + missed > 0) profile.miss_probability = missed / (seen + missed);
-  if (differences.size() >= kFewest) profile.corner_sigma_px = kNormal * spread(std::move(differences));
+  if (differences.size() >= kMinSamples) profile.corner_sigma_px = kNormal * spread(std::move(differences));
 }
 
 void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
@@ -213,10 +214,10 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
   for (double t = 0; t <= end_s; t += 0.1) {
     const Speed& now = held(odometry_, t, at);
     profile.speeds.push_back({t, now.m_s});
-    const bool stands = std::abs(now.m_s) < kStanding;
-    standing += stands ? 1 : 0;
-    turning += stands && std::abs(now.rad_s) > 10 * kStanding ? 1 : 0;
-    if (stands) continue;
+    const bool at_standstill = std::abs(now.m_s) < kStanding;
+    standing += at_standstill ? 1 : 0;
+    turning += at_standstill && std::abs(now.rad_s) > 10 * kStanding ? 1 : 0;
+    if (at_standstill) continue;
     speeds.push_back(std::abs(now.m_s));
     rates.push_back(std::abs(now.rad_s));
   }
@@ -225,7 +226,7 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
   for (const double speed : speeds) profile.mean_speed_m_s += speed / static_cast<double>(speeds.size());
   profile.p95_speed_m_s = quantile(speeds, 0.95);
   profile.p95_yaw_rate_rad_s = quantile(rates, 0.95);
-  if (commands_.size() < kFewest) return;
+  if (commands_.size() < kMinSamples) return;
   constexpr double kMaxDelay_s = 0.6;
   double best = std::numeric_limits<double>::infinity();
   for (double delay = 0; delay <= kMaxDelay_s; delay += 0.01) {
@@ -242,7 +243,7 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
     best = error / moments;
     profile.command_delay_s = delay;
   }
-  // The best of what was tried lies beyond it: the speeds do not follow these commands.
+  // The best delay is at the limit of the search: the speeds do not follow these commands.
   if (profile.command_delay_s > kMaxDelay_s - 0.05) profile.command_delay_s.reset();
 }
 
@@ -264,7 +265,7 @@ namespace {
 
 constexpr Duration kMaxPoseGap = std::chrono::milliseconds(500);
 
-/// Integral of the commanded yaw rate between two moments; each command holds until the next.
+/// Integral of the commanded yaw rate between two times; each command holds until the next.
 double commanded_rad(const std::vector<StampedCommand>& commands, std::size_t& at, SensorTime from,
                      SensorTime to) {
   while (at + 1 < commands.size() && commands[at + 1].stamp <= from) ++at;
@@ -282,7 +283,7 @@ double commanded_rad(const std::vector<StampedCommand>& commands, std::size_t& a
 std::optional<double> turn_response(const std::vector<StampedCommand>& commands, const Trajectory& trajectory,
                                     double delay_s) {
   constexpr Duration kWindow = std::chrono::milliseconds(500);
-  constexpr int kFewestWindows = 20;
+  constexpr int kMinWindows = 20;
   const double least_rad = to_radians(2);
   if (commands.empty() || trajectory.empty()) return std::nullopt;
   const auto delay = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(delay_s));
@@ -300,13 +301,13 @@ std::optional<double> turn_response(const std::vector<StampedCommand>& commands,
     square += asked_rad * asked_rad;
     windows += std::abs(asked_rad) >= least_rad ? 1 : 0;
   }
-  return windows < kFewestWindows ? std::nullopt : std::optional(product / square);
+  return windows < kMinWindows ? std::nullopt : std::optional(product / square);
 }
 
 std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames, const TagMap& map,
                                              const SE3& base_T_cam, const Trajectory& trajectory,
                                              double share) {
-  constexpr std::size_t kFewestObservations = 50;
+  constexpr std::size_t kMinObservations = 50;
   std::vector<double> distances_m;
   for (const TagFrame& frame : frames) {
     const auto map_T_base = pose_at(trajectory, frame.stamp, kMaxPoseGap);
@@ -317,7 +318,7 @@ std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames
       if (tag != nullptr) distances_m.push_back((tag->map_T_tag.translation() - eye).norm());
     }
   }
-  if (distances_m.size() < kFewestObservations) return std::nullopt;
+  if (distances_m.size() < kMinObservations) return std::nullopt;
   return quantile(std::move(distances_m), share);
 }
 

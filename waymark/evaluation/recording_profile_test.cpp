@@ -12,9 +12,8 @@ namespace {
 
 SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// A robot that stands for 5 s and drives for 15, with noises that are known, and a camera that fails for 2
-/// s.
-RecordingProfile known() {
+/// A robot that stands still for 5 s and drives for 15 s, with known noise and a camera that fails for 2 s.
+RecordingProfile known_recording() {
   RecordingProfiler profiler;
   Random random(1);
   const auto asked = [](double t) { return t < 5 ? 0.0 : 0.3 + 0.1 * std::sin(t); };
@@ -39,8 +38,8 @@ RecordingProfile known() {
   return profiler.profile();
 }
 
-TEST(RecordingProfile, FindsRatesGapsAndNoisesThatAreKnown) {
-  const RecordingProfile profile = known();
+TEST(RecordingProfile, MeasuresKnownRatesGapsAndNoise) {
+  const RecordingProfile profile = known_recording();
   EXPECT_NEAR(profile.duration_s, 20, 0.02);
   EXPECT_NEAR(profile.streams.at("imu").rate_hz, 100, 1e-6);
   EXPECT_NEAR(profile.streams.at("odometry").rate_hz, 50, 1e-6);
@@ -59,7 +58,7 @@ TEST(RecordingProfile, FindsRatesGapsAndNoisesThatAreKnown) {
   EXPECT_NEAR(profile.mean_speed_m_s, 0.3, 0.03);
 }
 
-TEST(RecordingProfile, OfLittleOrNothingSaysWhatItDoesNotKnow) {
+TEST(RecordingProfile, LeavesUnknownValuesEmpty) {
   EXPECT_EQ(RecordingProfiler().profile().duration_s, 0);
   RecordingProfiler profiler;
   profiler.add(Odometry{.stamp = at(3)});
@@ -78,7 +77,7 @@ struct Drive {
   Trajectory trajectory{};
 };
 
-/// Turns to and fro by `gain` times what was commanded `delay` before.
+/// Turns left and right, by `gain` times the command of `delay` before.
 Drive drive(double gain, Duration delay, double most_rad_s) {
   Drive drive;
   double yaw_rad = 0;
@@ -103,14 +102,14 @@ TEST(TurnResponse, IsTheGainFromCommandToMotionAfterTheDelay) {
   }
 }
 
-TEST(TurnResponse, IsNotToldWhereNobodyTurns) {
+TEST(TurnResponse, IsEmptyWithoutTurns) {
   const Drive straight = drive(0.8, {}, 0.01);
   EXPECT_FALSE(turn_response(straight.commands, straight.trajectory, 0));
   EXPECT_FALSE(turn_response({}, straight.trajectory, 0));
   EXPECT_FALSE(turn_response(straight.commands, {}, 0));
 }
 
-TEST(SightingDistance, IsThatOfTheSharedSightingsOfMappedTags) {
+TEST(ObservationDistance, IsTheQuantileOverMapTags) {
   const TagId near{FamilyId::Tag36h11, 1};
   const TagId unknown{FamilyId::Tag36h11, 2};
   const TagMap map{.tags = {{near, {.map_T_tag = SE3(SO3(), {4, 0, 0.2}), .size_m = 0.1}}}};

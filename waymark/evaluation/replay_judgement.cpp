@@ -22,10 +22,10 @@ using internal::PathPose;
 
 constexpr double kStepMetres = 0.01;
 constexpr double kShortestMetres = 0.5;
-constexpr double kWindowMetres = 0.5;  // how far the foot may move along the path from one pose to the next
+constexpr double kWindowMetres = 0.5;  // maximum motion of the foot point between consecutive poses
 constexpr double kLapToleranceMetres = 0.25;
 
-/// The foot near an arc length of a closed lap: of every pass the teach lap made there.
+/// The foot point near an arc length of a closed lap, over all passes of the teach lap.
 std::optional<PathFoot> foot_near(const std::vector<PathPose>& taught, const PathPose& at, double arc_m,
                                   const std::optional<double>& lap_m) {
   std::optional<PathFoot> nearest;
@@ -38,7 +38,7 @@ std::optional<PathFoot> foot_near(const std::vector<PathPose>& taught, const Pat
   return nearest;
 }
 
-/// The feet of a replay on the taught path, one after the other, and the way along it.
+/// Positions of a replay projected onto the taught path, in order, with the distance along it.
 struct Feet {
   std::vector<PathFoot> feet;
   double progress_m = 0;
@@ -78,8 +78,8 @@ Status long_enough(const std::vector<PathPose>& path, const char* name) {
   const double length_m = path.empty() ? 0 : path.back().arc_length_m;
   if (length_m >= kShortestMetres) return {};
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("the {} is only {:.2f} m long: too short to be judged", name, length_m), {},
-              "Drive at least half a metre.");
+              fmt::format("the {} of {:.2f} m is too short to be evaluated", name, length_m), {},
+              "Drive at least 0.5 m.");
 }
 
 void score_feet(const std::vector<PathPose>& replay, const std::vector<PathFoot>& feet,

@@ -9,28 +9,25 @@
 
 namespace waymark {
 
-/// How well a replay repeated what was taught, by truth alone: the estimate of the robot itself does not
-/// count.
+/// Accuracy of a replay relative to the taught lap, by ground truth alone, without the estimate of the robot.
 struct ReplayJudgement {
-  /// Distance of the replay's base from the taught path, in the plane, over the way (a pose counts once the
-  /// robot is a centimetre further: standing still counts once).
+  /// Distance of the base from the taught path in the plane, averaged over the distance driven (a pose counts
+  /// once the robot has moved by 1 cm; a standstill counts once).
   double cross_track_rmse_m = 0;
   double cross_track_p95_m = 0;
   double cross_track_max_m = 0;
-  double heading_rmse_deg = 0;  ///< against the taught robot's heading at the foot point
-  double min_clearance_m = 0;   ///< hull to the nearest true tag, in space; infinite without tags
-  double distance_m = 0;        ///< driven
-  double progress_m = 0;        ///< along the taught path
-  std::optional<double> lap_m =
-      {};                  ///< length of the taught lap; nothing when it did not come back to its start
-  double laps = 0;         ///< progress_m over lap_m, or over the length of an open path
-  int laps_completed = 0;  ///< whole ones; a quarter of a metre may be missing
+  double heading_rmse_deg = 0;       ///< relative to the taught heading at the foot point
+  double min_clearance_m = 0;        ///< hull to the nearest true tag, in space; infinite without tags
+  double distance_m = 0;             ///< distance driven
+  double progress_m = 0;             ///< distance along the taught path
+  std::optional<double> lap_m = {};  ///< length of the taught lap; none if it did not return to its start
+  double laps = 0;                   ///< progress_m over lap_m, or over the length of an open path
+  int laps_completed = 0;            ///< complete ones; up to 0.25 m may be missing
 };
 
-/// Judges the true base path of a replay against the true base path of the teach lap. Both in order of time;
-/// a taught lap may go on beyond its start, and then either pass is right there. Fails when one of them is
-/// shorter than half a metre. O(replay poses + taught poses), but for a search of the whole lap where the
-/// replay begins.
+/// Compares the true base path of a replay with that of the teach lap. Both in time order. A taught lap may
+/// continue beyond its start; either pass is then accepted there. Fails if one of them is shorter than 0.5 m.
+/// O(replay poses + taught poses), except for a search of the whole lap at the start of the replay.
 [[nodiscard]] Result<ReplayJudgement> judge_replay(const Trajectory& replayed, const Trajectory& taught,
                                                    const TagMap& true_tags, const Hull& hull);
 

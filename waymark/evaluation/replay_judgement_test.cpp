@@ -1,11 +1,13 @@
-// Against drives whose errors are known by construction.
+// Compares drives with errors that are known by construction.
 #include "waymark/evaluation/replay_judgement.hpp"
 
 #include <cmath>
 #include <numbers>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -16,7 +18,7 @@ constexpr Hull kHull{.front_m = 0.2, .rear_m = 0.2, .width_m = 0.2, .height_m = 
 
 SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// Counter-clockwise round the origin; the heading is turned by `turned_rad` from the tangent.
+/// Counter-clockwise around the origin; the heading is rotated by `turned_rad` from the tangent.
 Trajectory circle(double radius_m, double from_turns, double turns, double turned_rad = 0) {
   Trajectory trajectory;
   for (int i = 0; i <= 3000; ++i) {
@@ -27,7 +29,7 @@ Trajectory circle(double radius_m, double from_turns, double turns, double turne
   return trajectory;
 }
 
-TEST(ReplayJudgement, ACircleBesideACircle) {
+TEST(ReplayJudgement, MeasuresTheOffsetOfCircles) {
   const auto judged = judge_replay(circle(1.95, 0.01, 1, 0.1), circle(2, 0, 1.1), {}, kHull);
   ASSERT_TRUE(judged);
   EXPECT_NEAR(judged->cross_track_rmse_m, 0.05, 1e-4);
@@ -42,24 +44,24 @@ TEST(ReplayJudgement, ACircleBesideACircle) {
   EXPECT_TRUE(std::isinf(judged->min_clearance_m));
 }
 
-TEST(ReplayJudgement, LapsAreCountedByTheWayAlongTheTaughtPath) {
+TEST(ReplayJudgement, CountsLapsByTheDistanceAlongTheTaughtPath) {
   const Trajectory taught = circle(2, 0, 1.08);
   EXPECT_EQ(judge_replay(circle(2, 0, 0.5), taught, {}, kHull)->laps_completed, 0);
   EXPECT_EQ(judge_replay(circle(2, 0.9, 0.99), taught, {}, kHull)->laps_completed, 1)
-      << "a hand's breadth short";
+      << "0.13 m short, within the tolerance";
   EXPECT_EQ(judge_replay(circle(2, 0, 0.97), taught, {}, kHull)->laps_completed, 0);
   EXPECT_EQ(judge_replay(circle(2, 0.3, 2.5), taught, {}, kHull)->laps_completed, 2);
   EXPECT_NEAR(judge_replay(circle(2, 0.3, 2.5), taught, {}, kHull)->laps, 2.5, 0.01);
 }
 
-TEST(ReplayJudgement, ALapMayBeSmall) {
+TEST(ReplayJudgement, AcceptsSmallLaps) {
   const auto judged = judge_replay(circle(0.6, 0.1, 1), circle(0.6, 0, 1.2), {}, kHull);
   ASSERT_TRUE(judged->lap_m);
   EXPECT_NEAR(*judged->lap_m, 1.2 * kPi, 0.02);
   EXPECT_EQ(judged->laps_completed, 1);
 }
 
-TEST(ReplayJudgement, EitherPassOfTheOverlapIsRight) {
+TEST(ReplayJudgement, AcceptsEitherPassOfTheOverlap) {
   Trajectory taught = circle(2, 0, 1);
   for (StampedPose pose : circle(2.04, 0, 0.1)) {
     pose.stamp += std::chrono::seconds(100);
@@ -70,29 +72,29 @@ TEST(ReplayJudgement, EitherPassOfTheOverlapIsRight) {
   EXPECT_NEAR(judge_replay(circle(2.04, 0.2, 0.5), taught, {}, kHull)->cross_track_rmse_m, 0.04, 1e-3);
 }
 
-/// A metre and a half ahead, back over the same way, ahead again: `aside_m` to the left of it.
+/// 1.5 m ahead, back along the same path, ahead again: `aside_m` to the left of it.
 Trajectory there_and_back(double aside_m) {
   Trajectory trajectory;
   for (int i = 0; i <= 450; ++i) {
     const double x = i <= 150 ? 0.01 * i : (i <= 300 ? 3 - 0.01 * i : 0.01 * (i - 300));
-    const double left = aside_m + (i <= 300 ? 0 : 0.3 * x * x);  // the last way bends
+    const double left = aside_m + (i <= 300 ? 0 : 0.3 * x * x);  // the last part bends
     const double yaw = i <= 300 ? 0 : std::atan(0.6 * x);
     trajectory.push_back({at(0.05 * i), lift(SE2(x, left, yaw))});
   }
   return trajectory;
 }
 
-TEST(ReplayJudgement, AWayBackOverTheWayThereIsNotTheWayThere) {
+TEST(ReplayJudgement, DistinguishesTheWayBackFromTheWayThere) {
   for (const double aside_m : {0.0, 0.004, -0.004}) {
     const auto judged = judge_replay(there_and_back(aside_m), there_and_back(0), {}, kHull);
     ASSERT_TRUE(judged);
     EXPECT_LT(judged->cross_track_max_m, std::abs(aside_m) + 1e-3);
-    EXPECT_NEAR(judged->progress_m, 4.6, 0.1) << "all three ways";
+    EXPECT_NEAR(judged->progress_m, 4.6, 0.1) << "all three parts";
     EXPECT_LT(judged->heading_rmse_deg, 1);
   }
 }
 
-TEST(ReplayJudgement, StandingStillCountsOnce) {
+TEST(ReplayJudgement, AStandstillCountsOnce) {
   Trajectory replay = circle(2, 0.1, 0.4);  // ends at (-2, 0)
   for (int i = 0; i < 5000; ++i) replay.push_back({at(100 + i), lift(SE2(-2.2, 0, -kPi / 2))});
   const auto judged = judge_replay(replay, circle(2, 0, 1.1), {}, kHull);
@@ -100,20 +102,21 @@ TEST(ReplayJudgement, StandingStillCountsOnce) {
   EXPECT_NEAR(judged->cross_track_max_m, 0.2, 1e-3);
 }
 
-TEST(ReplayJudgement, ClearanceIsOfTheHullToTheTrueTag) {
+TEST(ReplayJudgement, ClearanceIsFromHullToTrueTag) {
   TagMap tags;
-  // Upright beside the circle, its edge towards the robot: 0.5 m from the circle, 0.08 m half a side.
+  // Upright beside the circle with its edge towards the robot: 0.5 m from the circle, half a side is 0.08 m.
   const Eigen::Matrix3d upright = (Eigen::Matrix3d() << -1, 0, 0, 0, 0, 1, 0, -1, 0).finished();
   tags.tags[TagId{}] = {.map_T_tag = SE3(SO3::from_matrix(upright), {2.5, 0, 0.2}), .size_m = 0.16};
   const auto judged = judge_replay(circle(2, -0.2, 0.5), circle(2, -0.3, 1.1), tags, kHull);
   EXPECT_NEAR(judged->min_clearance_m, 0.5 - 0.08 - 0.1, 0.01);
 }
 
-TEST(ReplayJudgement, TooShortIsAnError) {
+TEST(ReplayJudgement, RejectsAShortLap) {
   EXPECT_FALSE(judge_replay({}, circle(2, 0, 1), {}, kHull));
   const auto judged = judge_replay(circle(2, 0, 1), circle(2, 0, 0.01), {}, kHull);
   ASSERT_FALSE(judged);
-  EXPECT_EQ(judged.error().message, "the teach lap is only 0.12 m long: too short to be judged");
+  EXPECT_THAT(judged.error().message, ::testing::HasSubstr("0.12 m"));
+  testing::expect_on_page("evaluate", judged.error());
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ ErrorStatistics statistics_of(std::vector<double> errors) {
   for (double& error : errors) error = std::abs(error);
   std::ranges::sort(errors);
   const auto n = static_cast<double>(errors.size());
-  const auto quantile = [&](double share) {  // linear between ranks, as numpy.percentile
+  const auto quantile = [&](double share) {  // linear between ranks, like numpy.percentile
     const double rank = share * (n - 1);
     const auto below = static_cast<std::size_t>(rank);
     const std::size_t above = std::min(below + 1, errors.size() - 1);
@@ -48,8 +48,8 @@ constexpr std::array<std::pair<AlignmentKind, std::string_view>, 4> kAlignmentNa
      {AlignmentKind::Se3, "se3"},
      {AlignmentKind::Sim3, "sim3"}}};
 
-/// How far the positions spread along their second widest direction [m], in the floor plane for se2 along the
-/// widest: without it a rotation cannot be told.
+/// Spread of the positions along their second widest direction [m], or for se2 along the widest in the floor
+/// plane: without it a rotation is not observable.
 double decisive_spread_m(const Positions& p, AlignmentKind kind) {
   Positions centred = p.colwise() - p.rowwise().mean();
   if (kind == AlignmentKind::Se2) centred.row(2).setZero();
@@ -87,12 +87,12 @@ std::optional<AlignmentKind> alignment_kind(std::string_view word) {
 }
 
 Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind) {
-  constexpr std::size_t kFewestPairs = 3;
+  constexpr std::size_t kMinPairs = 3;
   constexpr double kLeastSpread = 1e-3;
   if (kind == AlignmentKind::None) return Alignment{};
-  if (pairs.size() < kFewestPairs)
+  if (pairs.size() < kMinPairs)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} poses at the same time as the reference: too few to align", pairs.size()));
+                fmt::format("{} poses at the times of the reference are too few to align", pairs.size()));
   Positions estimated(3, static_cast<Eigen::Index>(pairs.size()));
   Positions reference(3, estimated.cols());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -101,16 +101,16 @@ Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind) 
   }
   if (decisive_spread_m(estimated, kind) < kLeastSpread || decisive_spread_m(reference, kind) < kLeastSpread)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the positions spread too little to align by {}", to_string(kind)), {},
-                kind == AlignmentKind::Se2 ? "Judge a longer drive, or do not align."
-                                           : "They lie on a line: align by se2, or not at all.");
+                fmt::format("the positions spread too little for the alignment {}", to_string(kind)), {},
+                kind == AlignmentKind::Se2 ? "Use a longer drive, or the alignment none."
+                                           : "They lie on a line; use the alignment se2 or none.");
   return kind == AlignmentKind::Se2 ? align_in_plane(estimated, reference)
                                     : align_in_space(estimated, reference, kind == AlignmentKind::Sim3);
 }
 
 namespace {
 
-/// A side of the path: where it begins, which way it points (a unit vector), how long it is.
+/// A side of the path: start, direction (a unit vector) and length.
 struct Side {
   Eigen::Vector2d begin{};
   Eigen::Vector2d along{};
@@ -143,7 +143,7 @@ double nearest_m(const std::vector<Side>& sides, const Eigen::Vector2d& p) {
   return nearest;
 }
 
-/// The side that points most as the robot does; of those that point alike, the nearest.
+/// The side whose direction is closest to the heading of the robot; of equal ones the nearest.
 const Side& side_driven(const std::vector<Side>& sides, const SE2& map_T_base) {
   constexpr double kAlike = 1e-3;
   const Eigen::Vector2d ahead(std::cos(map_T_base.yaw()), std::sin(map_T_base.yaw()));
@@ -187,7 +187,7 @@ Duration duration_of(double seconds) { return Duration(std::llround(seconds * 1e
 
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 
-/// Error of the estimate in x, y and yaw, after alignment.
+/// Error of the estimate in x, y and yaw after alignment.
 Eigen::Vector3d planar_error(const PosePair& pair, const Alignment& alignment) {
   const SE2 estimated = project_to_plane(alignment(pair.estimated.map_T_base));
   const SE2 reference = project_to_plane(pair.reference);
@@ -195,7 +195,7 @@ Eigen::Vector3d planar_error(const PosePair& pair, const Alignment& alignment) {
           wrapped(estimated.yaw() - reference.yaw())};
 }
 
-/// The covariance of the aligned estimate: its position turned and scaled as the estimate was.
+/// The covariance of the aligned estimate: its position part is rotated and scaled like the estimate.
 Eigen::Matrix3d aligned_covariance(const Eigen::Matrix3d& covariance, const Alignment& alignment) {
   Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
   const double yaw = project_to_plane(alignment.ref_T_est).yaw();
@@ -227,14 +227,14 @@ std::optional<Consistency> consistency_of(const std::vector<PosePair>& pairs, co
   return found;
 }
 
-/// The error of the motion from pair i to pair j, seen from the base at i.
+/// The error of the motion from pair i to pair j, in the base at i.
 SE3 motion_error(const PosePair& i, const PosePair& j, double scale) {
   SE3 estimated = i.estimated.map_T_base.inverse() * j.estimated.map_T_base;
   estimated = SE3(estimated.rotation(), scale * estimated.translation());
   return (i.reference.inverse() * j.reference).inverse() * estimated;
 }
 
-/// Where each pair is on the scale that the stretches are measured by: seconds, or metres of the reference.
+/// Position of each pair on the scale of the relative errors: time [s], or length of the reference [m].
 std::vector<double> positions_along(const std::vector<PosePair>& pairs, bool by_metres) {
   std::vector<double> along;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -295,8 +295,8 @@ double covered_share(const EstimatedTrajectory& estimated, SensorTime from, Sens
 Result<TrajectoryScores> score_trajectory(const std::vector<PosePair>& pairs, AlignmentKind kind,
                                           const TrajectoryScoreOptions& options) {
   if (pairs.empty())
-    return fail(ErrorCode::NotFound, "no estimate is at a time the reference knows", {},
-                "Are both of the same drive, on the same clock?");
+    return fail(ErrorCode::NotFound, "no estimate is within the time of the reference", {},
+                "Check that both are of the same drive and on the same clock.");
   const Result<Alignment> alignment = align(pairs, kind);
   if (!alignment) return tl::unexpected(alignment.error());
   std::vector<double> metres;

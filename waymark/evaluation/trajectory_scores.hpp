@@ -15,21 +15,21 @@
 
 namespace waymark {
 
-/// What a list of errors amounts to, in their unit. All 0 when there is none.
+/// Statistics of a list of errors, in their unit. All 0 for an empty list.
 struct ErrorStatistics {
   std::size_t count = 0;
   double rmse = 0;
   double mean = 0;
   double median = 0;
-  double p95 = 0;  ///< 95 of 100 are no larger
+  double p95 = 0;  ///< 95th percentile
   double max = 0;
 };
 
-/// Of the absolute values. O(n log n).
+/// Statistics of the absolute values. O(n log n).
 [[nodiscard]] ErrorStatistics statistics_of(std::vector<double> errors);
 
-/// What may be moved before errors are measured. An answer in the map's own frame needs None; a trajectory in
-/// a frame of its own (odometry) can be judged by its shape only.
+/// Alignment before errors are measured. An estimate in map needs None; a trajectory in its own frame
+/// (odometry) can only be compared in shape.
 enum class AlignmentKind : std::uint8_t { None, Se2, Se3, Sim3 };
 
 /// "none", "se2", "se3", "sim3".
@@ -47,37 +47,38 @@ struct Alignment {
   }
 };
 
-/// The alignment with the least sum of squared distances of positions (Umeyama, "Least-Squares Estimation of
-/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), as evo finds it
-/// with its options align and correct_scale; se2 turns about z and shifts in x and y only. Fails
-/// (InvalidArgument) on fewer than three pairs or positions that do not spread enough to tell a rotation.
-/// O(pairs).
+/// The alignment that minimises the sum of squared position distances (Umeyama, "Least-Squares Estimation of
+/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), as evo computes it with its
+/// options align and correct_scale; se2 rotates about z and translates in x and y only. Fails
+/// (InvalidArgument) on fewer than three pairs, or if the positions spread too little to determine a
+/// rotation. O(pairs).
 [[nodiscard]] Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind);
 
-// How far a trajectory is from a path that is known without times: a tape on the floor, a route.
+// Distance of a trajectory from a path without times: a tape on the floor, a route.
 
-/// Corners of a path on the floor, joined by straight lines [m].
+/// Corners of a path on the floor, connected by straight lines [m].
 struct FloorPath {
   std::vector<Eigen::Vector2d> corners{};
-  bool closed = false;  ///< from the last back to the first
+  bool closed = false;  ///< the last corner is connected to the first
 };
 
 struct PathScores {
   ErrorStatistics distance_m{};  ///< from the nearest point of the path
-  /// Signed distances (left of it is positive) from the line of the side that points most as the robot does,
-  /// however far it is: what one reads off by hand when each side is judged for itself.
+  /// Signed distances (positive to the left) from the line through the side whose direction is closest to the
+  /// heading of the robot, at any distance: the values read off by hand when each side is evaluated
+  /// separately.
   ErrorStatistics side_m{};
-  double side_mean_m = 0;  ///< of the signed distances: an offset to one hand shows here
+  double side_mean_m = 0;  ///< of the signed distances: shows a constant offset to one side
 };
 
-/// Nothing when the path has fewer than two corners or there is no estimate. O(estimates * corners).
+/// None if the path has fewer than two corners or there are no estimates. O(estimates * corners).
 [[nodiscard]] std::optional<PathScores> score_path(const EstimatedTrajectory& estimated,
                                                    const FloorPath& path);
 
-/// The way of a trajectory, a corner each `step_m` or more.
+/// The path of a trajectory, with corners at least `step_m` apart.
 [[nodiscard]] FloorPath floor_path(const Trajectory& trajectory, double step_m);
 
-// How good a trajectory is against another that is known at each time.
+// Errors of a trajectory relative to another with known times.
 
 struct TrajectoryScoreOptions {
   double rpe_delta_s = 1;
@@ -110,18 +111,19 @@ struct TrajectoryScoreOptions {
   }
 };
 
-/// How consistent the covariance of the estimate was with its errors, in x, y and yaw. Normalised estimation
-/// error squared: e' P^-1 e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and
+/// Consistency of the covariance of the estimate with its errors in x, y and yaw. Normalised estimation error
+/// squared: e' P^-1 e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and
 /// Navigation", section 5.4.2).
 struct Consistency {
-  std::size_t count = 0;    ///< estimates that said a covariance that is one
-  double nees_mean = 0;     ///< 3 when consistent; more: too small a covariance, less: too large
-  double nees_median = 0;   ///< 2.37 when consistent
-  double inside_95 = 0;     ///< share within the ellipsoid that 95 % should be in
-  std::size_t refused = 0;  ///< whose covariance is not positive definite
+  std::size_t count = 0;    ///< estimates with a positive definite covariance
+  double nees_mean = 0;     ///< 3 if consistent; larger: covariance too small, smaller: too large
+  double nees_median = 0;   ///< 2.37 if consistent
+  double inside_95 = 0;     ///< share within the 95 % ellipsoid
+  std::size_t refused = 0;  ///< estimates whose covariance is not positive definite
 };
 
-/// Errors of the motion over a stretch (evo's relative pose error, translation part and rotation angle).
+/// Errors of the motion over a duration or length (evo's relative pose error: translation part and rotation
+/// angle).
 struct RelativeErrors {
   ErrorStatistics translation_m{};
   ErrorStatistics rotation_deg{};
@@ -129,27 +131,27 @@ struct RelativeErrors {
 
 struct TrajectoryScores {
   Alignment alignment{};
-  ErrorStatistics ate_m{};  ///< distance in space at the same time, after alignment
+  ErrorStatistics ate_m{};  ///< distance in space at equal times, after alignment
   ErrorStatistics rotation_deg{};
-  ErrorStatistics heading_deg{};  ///< yaw alone
+  ErrorStatistics heading_deg{};  ///< of yaw alone
   RelativeErrors relative{};
-  std::optional<Consistency> consistency{};  ///< nothing when no estimate said what it doubts
+  std::optional<Consistency> consistency{};  ///< none if no estimate has a covariance
   std::size_t jumps = 0;
   double end_error_m = 0;  ///< of the last estimate
 };
 
-/// Scores estimates against where the reference was, pairs as pair_by_time makes them. Fails when there is
-/// none, or they do not align. O(pairs log pairs).
+/// Scores estimates relative to a reference; `pairs` is as returned by pair_by_time(). Fails if there are no
+/// pairs or the alignment fails. O(pairs log pairs).
 [[nodiscard]] Result<TrajectoryScores> score_trajectory(const std::vector<PosePair>& pairs,
                                                         AlignmentKind kind,
                                                         const TrajectoryScoreOptions& options = {});
 
-/// From one pair to the next: how often the estimate moved otherwise than the reference by more than the
-/// options allow. Over gaps nothing is counted.
+/// Number of steps between consecutive pairs in which the motion of the estimate differs from that of the
+/// reference by more than the options allow. Gaps are not counted.
 [[nodiscard]] std::size_t count_jumps(const std::vector<PosePair>& pairs,
                                       const TrajectoryScoreOptions& options);
 
-/// The share of [from, to] in which there is an estimate within the gap allowed.
+/// The share of [from, to] with an estimate within the maximum gap.
 [[nodiscard]] double covered_share(const EstimatedTrajectory& estimated, SensorTime from, SensorTime to,
                                    Duration max_gap);
 

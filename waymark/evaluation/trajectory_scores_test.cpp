@@ -14,7 +14,7 @@ namespace {
 
 SensorTime at_s(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// A circle of 1 m, once round in 10 s, that also climbs and falls.
+/// A circle of 1 m radius, once in 10 s, with changing height.
 SE3 on_circle(double t_s) {
   const double a = 2 * std::numbers::pi * t_s / 10;
   return {SO3::exp({0, 0, a + std::numbers::pi / 2}), {std::cos(a), std::sin(a), 0.1 * std::sin(3 * a)}};
@@ -35,7 +35,7 @@ EstimatedTrajectory estimates(const Trajectory& trajectory, const SE3& moved, do
   return poses;
 }
 
-TEST(Alignment, UndoesWhatItMay) {
+TEST(Alignment, RecoversTheTransformation) {
   const Trajectory truth = circle();
   const SE3 level(SO3::exp({0, 0, 0.7}), {1, -2, 0});
   const SE3 leaning(SO3::exp({0.2, -0.1, 0.7}), {1, -2, 3});
@@ -51,7 +51,7 @@ TEST(Alignment, UndoesWhatItMay) {
   EXPECT_GT(rmse(level, 1, AlignmentKind::None), 1);
 }
 
-TEST(Alignment, SaysWhatCannotBeAligned) {
+TEST(Alignment, RejectsDegenerateInput) {
   Trajectory line;
   for (int i = 0; i < 10; ++i) line.push_back({at_s(i), SE3(SO3(), {0.1 * i, 0, 0})});
   const auto pairs = pair_by_time(estimates(line, SE3()), line, std::chrono::seconds(2));
@@ -61,10 +61,10 @@ TEST(Alignment, SaysWhatCannotBeAligned) {
   EXPECT_FALSE(score_trajectory({}, AlignmentKind::None).has_value());
 }
 
-TEST(Scores, DriftShowsInRelativeErrorsAndAJumpIsCounted) {
+TEST(Scores, MeasureDriftAndCountJumps) {
   const Trajectory truth = circle();
   EstimatedTrajectory drifting = estimates(truth, SE3());
-  for (EstimatedPose& pose : drifting) {  // 1 cm a second upwards
+  for (EstimatedPose& pose : drifting) {  // 1 cm/s upwards
     const double t_s = to_seconds(pose.stamp.time_since_epoch());
     pose.map_T_base = SE3(SO3(), {0, 0, 0.01 * t_s}) * pose.map_T_base;
   }
@@ -78,7 +78,7 @@ TEST(Scores, DriftShowsInRelativeErrorsAndAJumpIsCounted) {
   EXPECT_EQ(scores->jumps, 1U);
 }
 
-TEST(Scores, HonestCovariancesAreFoundHonestAlsoAfterAlignment) {
+TEST(Scores, ConsistentCovariancesStayConsistentAfterAlignment) {
   constexpr std::uint64_t kSeed = 11;
   Random random(kSeed);
   Trajectory truth;
@@ -99,7 +99,7 @@ TEST(Scores, HonestCovariancesAreFoundHonestAlsoAfterAlignment) {
   const double sigma = std::sqrt(6.0 / static_cast<double>(truth.size()));
   EXPECT_NEAR(scores->consistency->nees_mean, 3, 4 * sigma);
   EXPECT_NEAR(scores->consistency->inside_95, 0.95, 0.006);
-  for (EstimatedPose& estimate : estimated) {  // the same in a frame that is turned
+  for (EstimatedPose& estimate : estimated) {  // the same in a rotated frame
     const Eigen::Matrix3d turn = moved.rotation().matrix();
     Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
     J.topLeftCorner<2, 2>() = turn.topLeftCorner<2, 2>();
@@ -110,7 +110,7 @@ TEST(Scores, HonestCovariancesAreFoundHonestAlsoAfterAlignment) {
   EXPECT_NEAR(turned->consistency->nees_mean, scores->consistency->nees_mean, 0.02);
 }
 
-TEST(Scores, ACovarianceThatIsNoneIsRefused) {
+TEST(Scores, CountAnInvalidCovariance) {
   const Trajectory truth = circle();
   EstimatedTrajectory estimated = estimates(truth, SE3());
   for (EstimatedPose& estimate : estimated) estimate.covariance = -Eigen::Matrix3d::Identity();
@@ -120,7 +120,7 @@ TEST(Scores, ACovarianceThatIsNoneIsRefused) {
   EXPECT_EQ(scores->consistency->refused, estimated.size());
 }
 
-TEST(Scores, CoverIsTheTimeBetweenNearEstimates) {
+TEST(Scores, CoveredShareIsTheTimeBetweenNearEstimates) {
   const EstimatedTrajectory poses = {
       {at_s(1), SE3(), {}}, {at_s(2), SE3(), {}}, {at_s(6), SE3(), {}}, {at_s(7), SE3(), {}}};
   EXPECT_NEAR(covered_share(poses, at_s(0), at_s(10), std::chrono::seconds(1)), 0.2, 1e-12);
@@ -133,16 +133,16 @@ EstimatedPose standing(double x_m, double y_m, double yaw_deg) {
   return {{}, lift(SE2(x_m, y_m, to_radians(yaw_deg))), {}};
 }
 
-TEST(Path, DistanceIsFromTheNearestPointSideFromTheLineDriven) {
+TEST(Path, MeasuresDistanceToThePathAndToTheDrivenSide) {
   const auto scores = score_path({standing(0.5, 0.1, 5), standing(1.4, 0.5, 90)}, kRectangle);
   ASSERT_TRUE(scores);
   EXPECT_NEAR(scores->distance_m.rmse, std::sqrt((0.01 + 0.0064) / 2), 1e-12);
   EXPECT_NEAR(scores->side_mean_m, (0.1 - 0.08) / 2, 1e-12);
-  // beyond the corner, still pointing along the first side: near the second, but off the first
+  // Beyond the corner, still heading along the first side: near the second side, off the first one.
   const auto beyond = score_path({standing(1.5, 0.2, 0)}, kRectangle);
   EXPECT_NEAR(beyond->distance_m.max, 0.18, 1e-12);
   EXPECT_NEAR(beyond->side_mean_m, 0.2, 1e-12);
-  // the way back to the first corner counts only when closed
+  // The side back to the first corner exists only in a closed path.
   const FloorPath open{kRectangle.corners, false};
   EXPECT_NEAR(score_path({standing(0, 0.5, -90)}, open)->distance_m.max, 0.5, 1e-12);
   EXPECT_NEAR(score_path({standing(0, 0.5, -90)}, kRectangle)->distance_m.max, 0, 1e-12);

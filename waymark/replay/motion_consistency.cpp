@@ -492,7 +492,7 @@ std::string describe(const Contradiction& found) {
   if (found.repeats_s > 0)
     return fmt::format(
         "the {} has repeated the same value for {:.1f} s although another yaw rate was commanded. Check the "
-        "sensor and the robot, then resume",
+        "robot, then resume",
         name_of(found.one), found.repeats_s);
   if (found.camera_latency_s > 0)
     return fmt::format(

@@ -23,7 +23,7 @@ namespace {
 
 double seconds_between(SensorTime from, SensorTime to) { return to_seconds(to - from); }
 
-/// First and last sample of a list with some time between them.
+/// Whether a list has at least two samples with time between them.
 template <class T>
 bool spans(const std::vector<T>& samples) {
   return samples.size() >= 2 && samples.back().stamp > samples.front().stamp;
@@ -37,7 +37,7 @@ double median_of(const std::vector<T>& samples, const Value& value) {
   return median(std::move(values));
 }
 
-/// The tag that was in view for the longest time, where it was seen first and last.
+/// The tag that was in view for the longest time, with its first and last observation.
 std::optional<std::pair<TagPlace, TagPlace>> longest_view(const std::vector<TagPlace>& places) {
   std::map<TagId, std::pair<TagPlace, TagPlace>> views;
   for (const TagPlace& place : places)
@@ -61,7 +61,7 @@ double turned_rad(const std::vector<Odometry>& odometry) {
   return sum;
 }
 
-/// The way where yaw points; of one that goes elsewhere (judge_axes() says so) its length.
+/// Distance along yaw. For a motion in another direction (reported by judge_axes()) its length.
 double ahead_m(const OdometryLeg& leg) {
   const double ahead = leg.moved_m.dot(Eigen::Vector2d(std::cos(leg.yaw_rad), std::sin(leg.yaw_rad)));
   const double length = leg.moved_m.norm();
@@ -149,12 +149,12 @@ std::vector<MotionReading> turn_readings(const MotionTrace& steady, const Motion
 
 namespace {
 
-/// How a reading compares with what was commanded.
+/// Comparison of a reading with the command.
 struct ReadingClass {
   enum class Kind : std::uint8_t { Fits, OtherUnit, OtherSize, Still };
   Kind kind = Kind::Fits;
   bool reversed = false;
-  double factor = 1;      ///< of another unit
+  double factor = 1;      ///< factor of the other unit
   const char* unit = "";  ///< "degrees instead of radians"
 
   [[nodiscard]] bool right() const { return kind == Kind::Fits && !reversed; }
@@ -163,11 +163,11 @@ struct ReadingClass {
   }
 };
 
-/// What the readings say together.
+/// Comparison of all readings with the command.
 struct ReadingVerdict {
-  bool command_wrong = false;  ///< all readings agree, and at least two origins made them
-  bool either = false;         ///< one origin alone says so: it, or the command
-  double size = 1;             ///< ratio of what happened to what was commanded; tags before the others
+  bool command_wrong = false;  ///< all readings agree, and they have at least two sources
+  bool either = false;         ///< only one source contradicts: it is wrong, or the command is
+  double size = 1;             ///< actual over commanded motion; by tags if available
 };
 
 constexpr double kMinRatio = 0.2;
@@ -189,8 +189,8 @@ std::span<const Factor> factors_of(ReadingUnit unit) {
 
 bool fits(double ratio) { return ratio >= kMinRatio && ratio <= kMaxRatio; }
 
-/// From 0.2 to 3 times what was commanded it fits: a robot that skids turns by a third of it. A unit is
-/// recognised within the same bounds, the nearest factor where two would do.
+/// Ratios from 0.2 to 3 are accepted, since a skidding robot turns only a third as much as commanded. Units
+/// are recognised within the same bounds; of two possible factors the nearest is used.
 ReadingClass classify(const MotionReading& reading) {
   using Kind = ReadingClass::Kind;
   const double size = std::abs(reading.ratio);
@@ -208,17 +208,17 @@ ReadingClass classify(const MotionReading& reading) {
   return found;
 }
 
-/// "is reversed, in degrees instead of radians"; empty when it is right.
-std::string describe(const ReadingClass& found) {
+/// "is reversed, in degrees instead of radians"; empty if the reading is right.
+std::string describe(const ReadingClass& reading) {
   using Kind = ReadingClass::Kind;
-  std::string words;
-  if (found.kind == Kind::Still) return "does not move";
-  if (found.reversed) words = "is reversed";
-  if (found.kind == Kind::OtherUnit)
-    words += (words.empty() ? "is in " : ", and in ") + std::string(found.unit);
-  if (found.kind == Kind::OtherSize)
-    words += (words.empty() ? "" : ", and ") + std::string("is out of proportion");
-  return words;
+  std::string text;
+  if (reading.kind == Kind::Still) return "does not move";
+  if (reading.reversed) text = "is reversed";
+  if (reading.kind == Kind::OtherUnit)
+    text += (text.empty() ? "is in " : ", and in ") + std::string(reading.unit);
+  if (reading.kind == Kind::OtherSize)
+    text += (text.empty() ? "" : ", and ") + std::string("has an implausible size");
+  return text;
 }
 
 ReadingVerdict compare(const std::vector<MotionReading>& readings) {
@@ -250,27 +250,27 @@ using Lines = std::vector<CommissionLine>;
 
 constexpr double kSettle_s = 0.6;
 
-/// The words of one axis of the commands.
+/// Description of one axis of the commands.
 struct Axis {
   const char* command;  ///< key of the command
   const char* unit;
-  const char* does;  ///< what was commanded
+  const char* does;  ///< description of the commanded motion
   double asked;
 };
 
 bool still(const MotionReading& reading) { return classify(reading).kind == ReadingClass::Kind::Still; }
 
-/// Noise and drift are less, whatever was commanded.
+/// Noise and drift are below this share of the command.
 bool is_noise(const MotionReading& reading) {
-  constexpr double kHardly = 0.1;
-  return std::abs(reading.ratio) < kHardly;
+  constexpr double kNoiseShare = 0.1;
+  return std::abs(reading.ratio) < kNoiseShare;
 }
 
 bool all_still(const std::vector<MotionReading>& readings) {
   return !readings.empty() && std::ranges::all_of(readings, still);
 }
 
-std::string mend_of(const MotionReading& reading) {
+std::string remedy_for(const MotionReading& reading) {
   if (reading.origin == "tags") return "camera_mounting, camera_info and `tag_size_m`";
   if (reading.origin == "wheels")
     return "wheels.radius_m, wheels.track_m, or left_rad and right_rad of the messages";
@@ -285,21 +285,23 @@ CommissionLine line_of(const MotionReading& reading, const Axis& axis, const Rea
   if (all.command_wrong && !command_right) return line;
   if (!found.right()) {
     line.verdict = V::Fail;
-    line.words = fmt::format("{} {}: {} while {} {} were commanded", reading.key, describe(found), measured,
+    line.words = fmt::format("{} {}: measured {}, commanded {} {}", reading.key, describe(found), measured,
                              axis.asked, axis.unit);
-    line.mend = mend_of(reading);
+    line.mend = remedy_for(reading);
     if (all.either && !command_right)
-      line.words +=
-          fmt::format("; or {} is, as nothing else measured it: see which way it went", axis.command);
+      line.words += fmt::format(
+          "; or {} is wrong, because no other source measured the motion. Check in which direction the robot "
+          "moved",
+          axis.command);
     return line;
   }
   const double off = reading.ratio / all.size - 1;
-  constexpr double kFar = 0.15;
+  constexpr double kMaxDeviation = 0.15;
   const bool skids = reading.origin == "wheels" && axis.asked != 0 && std::string_view(axis.unit) == "rad/s";
-  if (std::abs(off) > kFar && !skids) {
+  if (std::abs(off) > kMaxDeviation && !skids) {
     line.verdict = V::Warn;
-    line.words += fmt::format(", {:+.0f} % from the others", 100 * off);
-    line.mend = reading.origin == "odometry" ? "waymark calibrate robot" : mend_of(reading);
+    line.words += fmt::format(", {:+.0f} % relative to the other sources", 100 * off);
+    line.mend = reading.origin == "odometry" ? "waymark calibrate robot" : remedy_for(reading);
   }
   return line;
 }
@@ -307,30 +309,28 @@ CommissionLine line_of(const MotionReading& reading, const Axis& axis, const Rea
 CommissionLine command_line(const std::vector<MotionReading>& readings, const Axis& axis,
                             const ReadingVerdict& all, Seen seen) {
   CommissionLine line{.key = axis.command, .words = fmt::format("{} as commanded", axis.does)};
-  if (readings.empty())
-    return {axis.command, V::Warn, "nothing measured it", "odometry of the robot's messages"};
+  if (readings.empty()) return {axis.command, V::Warn, "not measured", "odometry of the robot's messages"};
   const bool wrong = seen ? !*seen : all.command_wrong;
   if (wrong) {
     const std::string description = describe(classify(readings.front()));
     line.verdict = V::Fail;
-    line.words =
-        fmt::format("{} {}: {} {} were commanded, and {}", axis.command,
-                    description.empty() ? "is wrong" : description, axis.asked, axis.unit,
-                    seen ? "a person saw another motion" : "all that measures agrees in another motion");
-    line.mend = std::string(axis.command) + " where the robot's program obeys it";
+    line.words = fmt::format("{} {}: commanded {} {}, but {}", axis.command,
+                             description.empty() ? "is wrong" : description, axis.asked, axis.unit,
+                             seen ? "a person saw another motion" : "all sources agree on another motion");
+    line.mend = std::string(axis.command) + " in the robot's program";
     return line;
   }
-  constexpr double kFar = 0.1;
-  if (std::abs(all.size - 1) <= kFar) return line;
+  constexpr double kMaxError = 0.1;
+  if (std::abs(all.size - 1) <= kMaxError) return line;
   line.verdict = V::Warn;
-  line.words = fmt::format("{} by {:.2f} of what was commanded", axis.does, all.size);
-  line.mend = std::string(axis.command) + " where the robot's program obeys it";
+  line.words = fmt::format("{} by {:.2f} of the command", axis.does, all.size);
+  line.mend = std::string(axis.command) + " in the robot's program";
   if (std::string_view(axis.command) == "command.yaw_rate_rad_s")
     line.mend += "; a replay learns this factor";
   return line;
 }
 
-/// Command and readings of one axis.
+/// Evaluates the command and the readings of one axis.
 Lines judge_axis(const std::vector<MotionReading>& readings, const Axis& axis, Seen seen) {
   const ReadingVerdict all = compare(readings);
   Lines lines = {command_line(readings, axis, all, seen)};
@@ -338,8 +338,8 @@ Lines judge_axis(const std::vector<MotionReading>& readings, const Axis& axis, S
   return lines;
 }
 
-/// Whether the other axis moved where this one stands still: the two are swapped, in the command where all
-/// agree, else in the odometry.
+/// Detects swapped axes: the other axis moved instead of the commanded one. The command is swapped if all
+/// sources agree, otherwise the odometry.
 void find_swap(const std::vector<MotionReading>& asked, const std::vector<MotionReading>& other,
                const Axis& axis, Lines& lines) {
   const auto moved = [&](const char* key) {
@@ -349,19 +349,20 @@ void find_swap(const std::vector<MotionReading>& asked, const std::vector<Motion
   if (!asked.empty() && std::ranges::all_of(asked, is_noise) && moved("")) {
     lines.front().verdict = V::Fail;
     lines.front().words = fmt::format(
-        "command.speed_m_s and command.yaw_rate_rad_s are swapped: {} was commanded, and the robot did the "
-        "other",
+        "command.speed_m_s and command.yaw_rate_rad_s are swapped: {} was commanded, and the robot performed "
+        "the "
+        "other motion",
         axis.command);
-    lines.front().mend = std::string(axis.command) + " where the robot's program obeys it";
-    lines.resize(1);  // what is said of the sensors follows from it
+    lines.front().mend = std::string(axis.command) + " in the robot's program";
+    lines.resize(1);  // the lines of the sensors are consequences
     return;
   }
   for (CommissionLine& line : lines) {
     const bool twist = line.key == "odometry.speed_m_s" || line.key == "odometry.yaw_rate_rad_s";
     const char* partner = line.key == "odometry.speed_m_s" ? "odometry.yaw_rate_rad_s" : "odometry.speed_m_s";
-    const bool stood =
+    const bool unmoved =
         std::ranges::any_of(asked, [&](const MotionReading& r) { return r.key == line.key && is_noise(r); });
-    if (twist && stood && moved(partner)) line.words += fmt::format("; it and {} are swapped", partner);
+    if (twist && unmoved && moved(partner)) line.words += fmt::format("; it and {} are swapped", partner);
   }
 }
 
@@ -370,7 +371,7 @@ std::vector<MotionReading> without(std::vector<MotionReading> readings, std::str
   return readings;
 }
 
-/// The same readings against another number.
+/// The readings relative to another value.
 std::vector<MotionReading> relative_to(std::vector<MotionReading> readings, double asked) {
   for (MotionReading& reading : readings) reading.ratio = reading.measured / asked;
   return readings;
@@ -380,15 +381,15 @@ std::vector<MotionReading> counted(std::vector<MotionReading> readings, Ground g
   return ground == Ground::Floor ? readings : without(without(std::move(readings), "tags"), "imu");
 }
 
-/// A robot that measures itself alone cannot be wrong by its own word.
+/// The robot's own sensors alone cannot reveal an error that they share.
 void miss_tags(const std::vector<MotionReading>& readings, Ground ground, Lines& lines) {
   if (ground == Ground::Lifted || without(readings, "tags").size() < readings.size()) return;
   lines.push_back({"tags", V::Warn,
-                   "no tag was in view all the while: there is no source but what the robot measures itself",
+                   "no tag was in view throughout, so the robot's own sensors are the only sources",
                    "a tag ahead of the robot, and `tag_size_m`"});
 }
 
-/// In a straight motion both sides turn forward.
+/// Both sides turn forwards in a straight motion.
 void judge_sides(const MotionTrace& steady, const RobotModel& model, Lines& lines) {
   const auto rates = wheel_rates(steady);
   if (!rates) return;
@@ -398,7 +399,7 @@ void judge_sides(const MotionTrace& steady, const RobotModel& model, Lines& line
     if (ratio >= 0 || other <= 0) continue;
     std::erase_if(lines, [](const CommissionLine& line) { return line.key == "wheels"; });
     lines.push_back({key, V::Fail,
-                     fmt::format("{} is reversed: it turns backward while the robot drives forward", key),
+                     fmt::format("{} is reversed: it turns backwards while the robot drives forwards", key),
                      std::string(key) + " of the robot's messages"});
   }
 }
@@ -454,9 +455,10 @@ std::vector<CommissionLine> judge_turn(const MotionTrace& trace, const RobotMode
   Lines later;
   if (ground == Ground::Lifted && all_still(without(readings, "wheels")) && !all_still(readings)) {
     readings = without(std::move(readings), "odometry");
-    later.push_back(
-        {"odometry.yaw_rad", V::Warn,
-         "the odometry does not turn while the wheels do: from a gyro? The drive on the floor shows it", ""});
+    later.push_back({"odometry.yaw_rad", V::Warn,
+                     "the odometry does not turn although the wheels do. If its heading is from a gyro, the "
+                     "drive on the floor shows it",
+                     ""});
   }
   Lines lines = judge_axis(readings, axis, seen);
   const auto driven = relative_to(counted(forward_readings(steady, model), ground), axis.asked);
@@ -477,13 +479,13 @@ bool all_pass(const std::vector<CommissionLine>& lines) {
 
 namespace {
 
-/// Speed of a robot at its outer edge: of its middle, and of turning at 0.2 m from it. Whatever its unit.
+/// Speed of a robot at its outer edge: forward speed plus yaw rate times 0.2 m, in any unit.
 double pace_of(const Odometry& odometry) {
   constexpr double kEdge_m = 0.2;
   return std::abs(odometry.speed_m_s) + kEdge_m * std::abs(odometry.yaw_rate_rad_s);
 }
 
-/// Axes of a position as others may have them: reversed and swapped.
+/// Wrong axes of a position: reversed or swapped.
 struct AxesFault {
   Eigen::Matrix2d sent_R_right;
   const char* words;
@@ -498,7 +500,7 @@ std::array<AxesFault, 8> axes_faults() {
   return {{{m(1, 0, 0, 1), ""},
            {m(1, 0, 0, -1), "odometry.y_m is reversed: left must be positive"},
            {m(-1, 0, 0, 1), "odometry.x_m is reversed: forward must be positive"},
-           {m(-1, 0, 0, -1), ""},  // backward: judge_forward() knows whether it should be
+           {m(-1, 0, 0, -1), ""},  // backwards: judge_forward() decides whether this is wrong
            {m(0, 1, 1, 0), "odometry.x_m and odometry.y_m are swapped"},
            {m(0, 1, -1, 0), "odometry.x_m and odometry.y_m are swapped, and y_m is reversed"},
            {m(0, -1, 1, 0), "odometry.x_m and odometry.y_m are swapped, and x_m is reversed"},
@@ -541,11 +543,11 @@ std::vector<CommissionLine> judge_standing(const MotionTrace& standing) {
   constexpr double kGravity = 9.81;
   constexpr const char* kMend = "imu.linear_acceleration_m_s2 of the robot's messages";
   const std::string measured =
-      fmt::format("({:.2f}, {:.2f}, {:.2f}) m/s2 while it stands", force.x(), force.y(), force.z());
+      fmt::format("({:.2f}, {:.2f}, {:.2f}) m/s2 at standstill", force.x(), force.y(), force.z());
   std::vector<CommissionLine> lines = {{"imu.linear_acceleration_m_s2", V::Ok, measured, ""}};
   CommissionLine& line = lines.back();
   if (force.norm() < 1e-3) {
-    line = {line.key, V::Warn, "is zero: not sent, or a simulator without gravity", kMend};
+    line = {line.key, V::Warn, "is zero: not sent, or from a simulator without gravity", kMend};
   } else if (std::abs(force.norm() - 1) < 0.2) {
     line = {line.key, V::Fail, "is in g instead of m/s2: " + measured, kMend};
   } else if (std::abs(force.norm() / kGravity - 1) > 0.2) {
@@ -556,10 +558,9 @@ std::vector<CommissionLine> judge_standing(const MotionTrace& standing) {
   }
   constexpr double kMaxBias_rad_s = 0.05;
   if (turning.norm() / count > kMaxBias_rad_s)
-    lines.push_back(
-        {"imu.bias", V::Warn,
-         fmt::format("the gyro turns by {:.3f} rad/s while the robot stands", turning.norm() / count),
-         "a calibration of the IMU by its driver"});
+    lines.push_back({"imu.bias", V::Warn,
+                     fmt::format("the gyro measures {:.3f} rad/s at standstill", turning.norm() / count),
+                     "a calibration of the IMU by its driver"});
   return lines;
 }
 
@@ -570,7 +571,7 @@ MotionTiming timing_of(const MotionTrace& trace) {
   for (const Odometry& odometry : steady_part(trace, 0.6).odometry) paces.push_back(pace_of(odometry));
   const double steady = median(paces);
   const Odometry* at_end = nullptr;
-  constexpr double kStanding = 0.15;  // of the pace before: noise of a twist is less
+  constexpr double kStanding = 0.15;  // share of the former speed, above the noise of a twist
   if (!(steady > 0)) return timing;
   for (const Odometry& odometry : trace.odometry) {
     const double pace = pace_of(odometry);
@@ -602,9 +603,9 @@ CommissionLine judge_stop(const std::string& key, const MotionTiming& timing, do
     return {key, V::Fail, "cannot be judged: the robot did not move before it",
             "odometry of the robot's messages"};
   if (!timing.stopping_s)
-    return {key, V::Fail, fmt::format("the robot did not stand within {:.2f} s", timing.watched_s), kMend};
+    return {key, V::Fail, fmt::format("the robot did not stop within {:.2f} s", timing.watched_s), kMend};
   CommissionLine line{
-      key, V::Ok, fmt::format("stands after {:.2f} s and {:.3f} m", *timing.stopping_s, timing.stopping_m),
+      key, V::Ok, fmt::format("stopped after {:.2f} s and {:.3f} m", *timing.stopping_s, timing.stopping_m),
       ""};
   if (*timing.stopping_s > kWarn_s + allowed_s) line.verdict = V::Warn;
   if (*timing.stopping_s > kFail_s + allowed_s) line.verdict = V::Fail;
@@ -623,7 +624,7 @@ CommissionLine judge_response(const MotionTiming& timing) {
                       ""};
   if (*timing.response_s > kWarn_s) line.verdict = V::Warn;
   if (*timing.response_s > kFail_s) line.verdict = V::Fail;
-  if (line.verdict != V::Ok) line.mend = "the way of a command through the robot's program";
+  if (line.verdict != V::Ok) line.mend = "the path of a command through the robot's program";
   return line;
 }
 

@@ -80,8 +80,9 @@ Result<DriverDecision> CommissionMotion::decide(Duration uptime, SensorTime now)
   if (counted_ > 0) longest_silence_s_ = std::max(longest_silence_s_, silent_s);
   constexpr double kPatience_s = 3;
   if (silent_s > (counted_ > 0 ? options_.silence_s : kPatience_s))
-    return fail(ErrorCode::Unreadable, fmt::format("no odometry for {:.1f} s: the robot stands", silent_s),
-                {}, "Does the robot's program send odometry, and does its clock run?");
+    return fail(ErrorCode::Unreadable,
+                fmt::format("no odometry for {:.1f} s, so the robot was stopped", silent_s), {},
+                "Check that the robot's program sends odometry and that its clock runs.");
   const bool rested = to_seconds(uptime - *began_) >= options_.before_s && counted_ > 0;
   if (!trace_.began && rested) {
     trace_.began = now;

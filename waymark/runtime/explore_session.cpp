@@ -28,9 +28,9 @@ Result<DriverDecision> ExploreSession::decide(Duration uptime, SensorTime now) {
 }
 
 std::string ExploreSession::progress(Duration uptime, bool certain) const {
-  return fmt::format("{:.0f} of {:.0f} s, {} of {} tags seen, {}. Ctrl-C stops the robot.",
+  return fmt::format("{:.0f} of {:.0f} s, {} of {} tags observed, {}. Ctrl-C stops the robot.",
                      to_seconds(uptime), most_s_, end_.seen.size(), tags_.tags.size(),
-                     certain ? "the place is known" : "the place is not known");
+                     certain ? "localised" : "not localised");
 }
 
 RobotListener ExploreSession::listener() {

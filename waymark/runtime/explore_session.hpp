@@ -12,28 +12,28 @@
 
 namespace waymark {
 
-/// Hears a robot that explores; an error ends the drive.
+/// Callbacks of an ExploreSession; an error ends the drive.
 struct ExploreListener {
-  /// Every sample, after explorer and localizer have had it.
+  /// Every sample, after explorer and localizer received it.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Every decision with the estimate of its moment, before its command is sent.
+  /// Every decision with the current estimate, before its command is sent.
   std::function<Status(SensorTime, const ExploreStep&, const std::optional<LocalizationEstimate>&)> on_step =
       [](SensorTime, const ExploreStep&, const std::optional<LocalizationEstimate>&) { return Status(); };
-  /// At each decision: how far it is.
+  /// Progress, at each decision.
   std::function<void(const std::string&)> on_progress = [](const std::string&) {};
 };
 
-/// How exploring ended, or how it is so far.
+/// Result of exploration, or its state so far.
 struct ExploreEnd {
-  bool finished = false;     ///< for as long as it was meant to
-  bool interrupted = false;  ///< somebody wanted it to end
+  bool finished = false;     ///< it ran for its full time
+  bool interrupted = false;  ///< it was ended from outside
   double seconds = 0;        ///< since the robot was switched on
-  std::string stands{};      ///< why the robot stood at the end; empty when it drove
+  std::string stands{};      ///< why the robot was stopped at the end; empty if it moved
   int turns = 0;
-  std::map<TagId, int> seen{};  ///< tags of the map, and in how many pictures
+  std::map<TagId, int> seen{};  ///< number of frames with each map tag
 };
 
-/// A robot that wanders without a plan while it localises itself, for a given time.
+/// A robot that explores and localises itself for a given time.
 class ExploreSession {
  public:
   ExploreSession(Explorer explorer, Localizer localizer, TagMap tags, double most_s,
@@ -46,10 +46,10 @@ class ExploreSession {
 
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// This session as what drives a robot: add to it who may stop it.
+  /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
   [[nodiscard]] RobotListener listener();
   [[nodiscard]] ExploreEnd end() const;
-  /// How it ended, where the loop did.
+  /// The result, combined with that of the loop.
   [[nodiscard]] ExploreEnd end(const RobotLoopEnd& loop) const;
 
  private:

@@ -1,10 +1,12 @@
-// A robot that explores, on the loop, with a robot that is a few lines and a clock that is a number.
+// An exploring robot on the loop, with a simulated robot and clock.
 #include "waymark/runtime/explore_session.hpp"
 
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/tiny_robot.hpp"
 
 namespace waymark {
@@ -12,7 +14,7 @@ namespace {
 
 using std::chrono::seconds;
 
-/// All rays as long.
+/// A scan with all ranges equal.
 LaserScan ring(float range_m) {
   return {.angle_min_rad = -3.1,
           .angle_increment_rad = 0.1,
@@ -21,7 +23,7 @@ LaserScan ring(float range_m) {
           .ranges_m = std::vector<float>(63, range_m)};
 }
 
-/// One tag on a wall; the robot's frames name it tag 0 and another that is not in the map.
+/// One tag on a wall; the frames of the robot contain it and another that is not in the map.
 TagMap one_tag() {
   TagMap map;
   map.tags[TagId{FamilyId::Tag36h11, 0}] = {.map_T_tag = SE3({}, {3, 0, 0.3}), .size_m = 0.2};
@@ -72,7 +74,7 @@ struct Tour {
   ExploreSession session;
 };
 
-TEST(ExploreSession, WandersForItsTimeAndCountsTheTagsOfTheMap) {
+TEST(ExploreSession, RunsForItsTimeAndCountsMapTags) {
   Tour tour;
   const auto end = tour.drive();
   ASSERT_TRUE(end);
@@ -81,14 +83,15 @@ TEST(ExploreSession, WandersForItsTimeAndCountsTheTagsOfTheMap) {
   EXPECT_NEAR(end->seconds, 5, 0.1);
   EXPECT_TRUE(end->stands.empty());
   EXPECT_GT(tour.robot.fastest_m_s, 0.2);
-  ASSERT_EQ(end->seen.size(), 1U) << "the other is not in the map";
+  ASSERT_EQ(end->seen.size(), 1U) << "the other tag is not in the map";
   EXPECT_NEAR(end->seen.begin()->second, 100, 2);
-  EXPECT_NE(tour.progress.back().find("5 of 5 s, 1 of 1 tags seen"), std::string::npos)
-      << tour.progress.back();
+  EXPECT_THAT(tour.progress.back(),
+              ::testing::AllOf(::testing::HasSubstr("5 of 5 s"), ::testing::HasSubstr("1 of 1")));
+  testing::expect_on_page("session", tour.progress.back());
   EXPECT_EQ(tour.states.size(), tour.progress.size());
 }
 
-TEST(ExploreSession, TurnsWhereSomethingIsNear) {
+TEST(ExploreSession, TurnsAtAnObstacle) {
   Tour tour;
   tour.robot.scan = [&] { return ring(tour.robot.clock < seconds(2) ? 4.0F : 0.3F); };
   const auto end = tour.drive();
@@ -97,7 +100,7 @@ TEST(ExploreSession, TurnsWhereSomethingIsNear) {
   EXPECT_NE(std::ranges::find(tour.states, ExploreState::Turn), tour.states.end());
 }
 
-TEST(ExploreSession, StandsWithoutScansAndSaysWhy) {
+TEST(ExploreSession, StopsWithoutScansAndReportsWhy) {
   Tour blind;
   blind.robot.scan = [] { return std::nullopt; };
   auto end = blind.drive();
@@ -114,16 +117,16 @@ TEST(ExploreSession, StandsWithoutScansAndSaysWhy) {
   end = later.drive();
   ASSERT_TRUE(end);
   EXPECT_FALSE(end->stands.empty());
-  EXPECT_LT(later.robot.x_m(), 3 * 0.3) << "stopped with its eyes";
+  EXPECT_LT(later.robot.x_m(), 3 * 0.3) << "stopped when the scans ended";
 }
 
-TEST(ExploreSession, ACameraThatStopsDoesNotStopIt) {
+TEST(ExploreSession, ContinuesWithoutACamera) {
   Tour tour;
   tour.robot.camera_silent = {seconds(1), seconds(9)};
   const auto end = tour.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished);
-  EXPECT_NE(tour.progress.back().find("the place is not known"), std::string::npos);
+  testing::expect_on_page("session", tour.progress.back());
 }
 
 TEST(ExploreSession, ASignalInterruptsIt) {
@@ -136,14 +139,14 @@ TEST(ExploreSession, ASignalInterruptsIt) {
   EXPECT_NEAR(end->seconds, 2, 0.1);
 }
 
-TEST(ExploreSession, WhateverFailsEndsItWithZero) {
+TEST(ExploreSession, AnyErrorEndsItWithZero) {
   Tour dead;
   dead.robot.dies_after = seconds(2);
   auto end = dead.drive();
   ASSERT_FALSE(end);
   EXPECT_EQ(end.error().message, "the robot's process ended");
   EXPECT_FALSE(dead.session.end().finished);
-  EXPECT_EQ(dead.session.end().seen.size(), 1U) << "how far it came is known";
+  EXPECT_EQ(dead.session.end().seen.size(), 1U) << "the state so far is available";
   Tour full;
   full.fails_after = 60;
   end = full.drive();

@@ -44,12 +44,12 @@ void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
   stream.silence_reported = true;
   const bool camera_missing = &stream == &streams_.front() && !stream.ever_received;
   listener_.on_words(fmt::format(
-      "no {} for {:.0f} s: {}", stream.name, options_.silence_s,
-      camera_missing ? "does the robot send them? A camera of this computer is named with `camera_source`"
-                     : "does the robot still run?"));
+      "no {} for {:.0f} s. {}", stream.name, options_.silence_s,
+      camera_missing ? "Does the robot send them? Select a camera of this computer with `camera_source`"
+                     : "Is the robot still running?"));
 }
 
-/// Once, of a robot that sees tags for a while and yet is nowhere.
+/// Warns once if the robot observes tags for a while without an estimate.
 void LocalizeSession::notice_foreign_tags(Duration uptime) {
   if (estimated_ || tags_.empty() || foreign_tags_reported_) return;
   constexpr double kPatience_s = 3;
@@ -58,10 +58,8 @@ void LocalizeSession::notice_foreign_tags(Duration uptime) {
   foreign_tags_reported_ = true;
   std::string names;
   for (const TagId& tag : tags_) names += (names.empty() ? "" : ", ") + to_string(tag);
-  listener_.on_words(
-      fmt::format("tags are seen ({}), and no pose follows from them: is it the map of this place and of "
-                  "this tag family?",
-                  names));
+  listener_.on_words(fmt::format(
+      "observed tags ({}) give no pose. Is it the map of this place and of this tag family?", names));
 }
 
 Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) {
@@ -69,7 +67,7 @@ Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) 
   notice_foreign_tags(uptime);
   if (estimating_) estimated_at_ = uptime;
   estimating_ = false;
-  // A robot whose clock was set back is reported on at once.
+  // Reports immediately after the clock of the robot was set back.
   if (!next_report_ || now >= *next_report_ || now < *next_report_ - 2 * options_.report_every) {
     next_report_ = now + options_.report_every;
     auto estimate = localizer_.estimate();
@@ -85,11 +83,11 @@ Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) 
 
 void LocalizeSession::restart_from(const GivenPose& given) {
   const SE2& pose = given.map_T_base;
-  const std::string where = fmt::format("a pose was given, x {:.2f} m, y {:.2f} m, heading {:.0f} deg",
-                                        pose.x(), pose.y(), to_degrees(pose.yaw()));
+  const std::string where = fmt::format("pose given: x {:.2f} m, y {:.2f} m, heading {:.0f} deg", pose.x(),
+                                        pose.y(), to_degrees(pose.yaw()));
   listener_.on_words(localizer_.method().restart_from(given)
-                         ? where + ": it counts as soon as tags agree"
-                         : where + ": this method finds its pose by tags alone");
+                         ? where + "; it is certain as soon as tags agree"
+                         : where + "; ignored, because this method uses tags alone");
 }
 
 RobotListener LocalizeSession::listener() {

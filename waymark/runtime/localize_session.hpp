@@ -13,18 +13,18 @@
 
 namespace waymark {
 
-/// Hears a robot that is localised; an error ends the session.
+/// Callbacks of a LocalizeSession; an error ends the session.
 struct LocalizeListener {
-  /// Every sample, after the localizer has had it.
+  /// Every sample, after the localizer received it.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Every observation of a mapped tag beside what was expected of it.
+  /// Every observation of a map tag with its prediction.
   std::function<Status(const NisRecord&)> on_comparison = [](const NisRecord&) { return Status(); };
   /// Every estimate with a newer stamp than the last one, certain or not.
   std::function<Status(const LocalizationEstimate&)> on_estimate = [](const LocalizationEstimate&) {
     return Status();
   };
-  /// LocalizeSessionOptions::report_every of the robot's time: the newest estimate; nothing while there is
-  /// none, or no newer one came for LocalizeSessionOptions::silence_s.
+  /// Every LocalizeSessionOptions::report_every of the robot's time: the newest estimate; none if there is no
+  /// estimate, or none newer for LocalizeSessionOptions::silence_s.
   std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
       [](SensorTime, const std::optional<LocalizationEstimate>&) {};
   std::function<void(const std::string&)> on_words = [](const std::string&) {};
@@ -32,20 +32,20 @@ struct LocalizeListener {
 
 struct LocalizeSessionOptions {
   Duration report_every = std::chrono::seconds(1);
-  double most_s = std::numeric_limits<double>::infinity();  ///< then it is over
-  /// After so long without odometry, or without tags or pictures, the listener is told, once each time.
+  double most_s = std::numeric_limits<double>::infinity();  ///< duration of the session
+  /// Time without odometry, or without tags and images, after which on_words is called, once per silence.
   double silence_s = 2;
 };
 
-/// How localisation ended.
+/// Result of a localisation session.
 struct LocalizeEnd {
-  bool finished = false;     ///< for as long as it was meant to, or somebody ended it by a button
+  bool finished = false;     ///< it ran for its full time, or was ended by a button
   bool interrupted = false;  ///< by a signal
-  double seconds = 0;        ///< by the robot's clock
+  double seconds = 0;        ///< by the clock of the robot
 };
 
-/// A robot that somebody else drives, and is localised meanwhile: for RobotLoopOptions::listen_only, because
-/// what this session decides is zero.
+/// Localises a robot that another program drives. For RobotLoopOptions::listen_only, since this session
+/// always decides zero.
 class LocalizeSession {
  public:
   LocalizeSession(Localizer localizer, LocalizeListener listener, SessionRequests requests = no_requests(),
@@ -57,11 +57,11 @@ class LocalizeSession {
 
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// This session as what hears a robot: add to it who may end it.
+  /// Callbacks that connect this session to a robot; set should_stop to end it from outside.
   [[nodiscard]] RobotListener listener();
 
   [[nodiscard]] Localizer& localizer() { return localizer_; }
-  /// How it ended, where the loop did.
+  /// The result, combined with that of the loop.
   [[nodiscard]] LocalizeEnd end(const RobotLoopEnd& loop) const;
 
  private:
@@ -82,9 +82,9 @@ class LocalizeSession {
   LocalizeSessionOptions options_;
   std::vector<Stream> streams_ = {{.name = "odometry"}, {.name = "tags or pictures"}};
   std::optional<SensorTime> estimated_{};  ///< stamp of the newest estimate
-  bool estimating_ = false;                ///< there is a newer one since the last decision
-  Duration estimated_at_{};                ///< uptime of the decision after it
-  std::set<TagId> tags_{};                 ///< some that were seen before the first estimate
+  bool estimating_ = false;                ///< there is a newer estimate since the last decision
+  Duration estimated_at_{};                ///< uptime of the decision after the newest estimate
+  std::set<TagId> tags_{};                 ///< tags observed before the first estimate
   std::optional<Duration> tags_since_{};
   bool foreign_tags_reported_ = false;
   std::optional<SensorTime> next_report_{};

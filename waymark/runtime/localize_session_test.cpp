@@ -1,5 +1,4 @@
-// A robot that is localised while somebody else drives it, on the loop, with a robot that is a few lines and
-// a clock that is a number.
+// Localising a robot that another program drives, on the loop, with a simulated robot and clock.
 #include "waymark/runtime/localize_session.hpp"
 
 #include <utility>
@@ -7,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/tiny_robot.hpp"
 
 namespace waymark {
@@ -17,7 +17,7 @@ using std::chrono::seconds;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A tag on a wall; the filter is told where the robot starts, and believes its odometry.
+/// A tag on a wall; the filter starts at the true pose and follows odometry.
 Localizer localizer(bool placed) {
   TagMap map;
   map.tags[TagId{FamilyId::Tag36h11, 99}] = {.map_T_tag = SE3({}, {3, 0, 0.3}), .size_m = 0.2};
@@ -58,7 +58,7 @@ struct Drive {
             options) {}
 
   Result<LocalizeEnd> drive() {
-    (void)robot.command({0.2, 0});  // by somebody else
+    (void)robot.command({0.2, 0});  // by another program
     RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 30, .listen_only = true});
     RobotListener listener = session.listener();
     listener.should_stop = [this] { return stop_at && robot.clock >= *stop_at; };
@@ -76,21 +76,22 @@ struct Drive {
   int commands = 0;
   std::vector<LocalizationEstimate> estimates{};
   std::vector<SensorTime> reports{};
-  std::vector<SensorTime> unknown{};  ///< those without an estimate
+  std::vector<SensorTime> unknown{};  ///< reports without an estimate
   std::vector<std::string> words{};
   LocalizeSession session;
 };
 
-TEST(LocalizeSession, CommandsNothingAndSaysWhereTheRobotIs) {
+TEST(LocalizeSession, SendsNoCommandsAndReportsEstimates) {
   Drive drive({.most_s = 5});
   const auto end = drive.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished);
   EXPECT_FALSE(end->interrupted);
   EXPECT_NEAR(end->seconds, 5, 0.1);
-  EXPECT_EQ(drive.robot.last(), (VelocityCommand{0.2, 0})) << "whoever drives goes on, after the end as well";
+  EXPECT_EQ(drive.robot.last(), (VelocityCommand{0.2, 0}))
+      << "the other program's command stays, also after the end";
   EXPECT_NEAR(drive.robot.x_m(), 1, 0.05);
-  EXPECT_EQ(drive.commands, 0) << "what was not sent is no sample";
+  EXPECT_EQ(drive.commands, 0) << "a command that was not sent is not recorded";
   ASSERT_FALSE(drive.estimates.empty());
   EXPECT_NEAR(drive.estimates.back().map_T_base.x(), drive.robot.x_m(), 0.05);
   for (std::size_t i = 1; i < drive.estimates.size(); ++i)
@@ -98,7 +99,7 @@ TEST(LocalizeSession, CommandsNothingAndSaysWhereTheRobotIs) {
   EXPECT_TRUE(drive.words.empty());
 }
 
-TEST(LocalizeSession, ReportsAtTheRateThatIsAskedFor) {
+TEST(LocalizeSession, ReportsAtTheGivenRate) {
   Drive drive({.report_every = milliseconds(500), .most_s = 4});
   ASSERT_TRUE(drive.drive());
   ASSERT_GE(drive.reports.size(), 8U);
@@ -107,7 +108,7 @@ TEST(LocalizeSession, ReportsAtTheRateThatIsAskedFor) {
     EXPECT_NEAR(to_seconds(drive.reports[i] - drive.reports[i - 1]), 0.5, 0.051);
 }
 
-TEST(LocalizeSession, EndsByAButtonAndByASignal) {
+TEST(LocalizeSession, EndsByRequestAndBySignal) {
   Drive button;
   button.button_at = seconds(2);
   auto end = button.drive();
@@ -120,46 +121,48 @@ TEST(LocalizeSession, EndsByAButtonAndByASignal) {
   ASSERT_TRUE(end);
   EXPECT_FALSE(end->finished);
   EXPECT_TRUE(end->interrupted);
-  EXPECT_EQ(signal.robot.last(), (VelocityCommand{0.2, 0})) << "it is not this program that stops the robot";
+  EXPECT_EQ(signal.robot.last(), (VelocityCommand{0.2, 0})) << "this program does not stop the robot";
 }
 
-TEST(LocalizeSession, GoesOnFromWhereSomebodySaysThatTheRobotIs) {
+TEST(LocalizeSession, ContinuesFromAGivenPose) {
   Drive drive({.most_s = 4});
   drive.given_at = seconds(2);
   drive.given = GivenPose{SE2(5, 1, 0), Eigen::Matrix3d::Identity() * 0.01};
   ASSERT_TRUE(drive.drive());
   EXPECT_NEAR(drive.estimates.back().map_T_base.x(), 5 + 2 * 0.2, 0.05);
   EXPECT_NEAR(drive.estimates.back().map_T_base.y(), 1, 0.05);
-  EXPECT_THAT(drive.words, ElementsAre(HasSubstr("a pose was given, x 5.00 m, y 1.00 m, heading 0 deg")));
+  EXPECT_THAT(drive.words, ElementsAre(AllOf(HasSubstr("5.00 m"), HasSubstr("1.00 m"), HasSubstr("0 deg"))));
+  testing::expect_on_page("localize", drive.words.front());
 }
 
-TEST(LocalizeSession, SaysOnceThatTheCameraOrTheWheelsAreSilent) {
+TEST(LocalizeSession, ReportsEachSilenceOnce) {
   Drive drive({.most_s = 12});
   drive.robot.camera_silent = {seconds(2), seconds(6)};
   drive.robot.wheels_silent = {seconds(7), seconds(11)};
   ASSERT_TRUE(drive.drive());
-  EXPECT_THAT(drive.words,
-              ElementsAre(HasSubstr("no tags or pictures for 2 s"), HasSubstr("no odometry for 2 s")));
+  ASSERT_THAT(drive.words, ElementsAre(HasSubstr(" 2 s"), HasSubstr(" 2 s")));
+  testing::expect_on_page("localize", drive.words[0] + "\n" + drive.words[1]);
 }
 
-TEST(LocalizeSession, AnEstimateThatNothingRenewsIsReportedNoLonger) {
+TEST(LocalizeSession, StopsReportingAnOutdatedEstimate) {
   Drive drive({.report_every = milliseconds(100), .most_s = 12});
   drive.robot.wheels_silent = {seconds(5), seconds(10)};
   drive.robot.camera_silent = {seconds(5), seconds(10)};
   ASSERT_TRUE(drive.drive());
   ASSERT_FALSE(drive.unknown.empty());
   EXPECT_NEAR(to_seconds(drive.unknown.front() - drive.reports.front()), 7, 0.3);
-  EXPECT_GE(drive.unknown.size(), 30U) << "until odometry comes again";
+  EXPECT_GE(drive.unknown.size(), 30U) << "until odometry resumes";
 }
 
-TEST(LocalizeSession, SaysOnceThatNoTagInViewIsOneOfTheMap) {
+TEST(LocalizeSession, ReportsOnceThatTheTagsGiveNoPose) {
   Drive drive({.most_s = 8}, false);
   ASSERT_TRUE(drive.drive());
   EXPECT_TRUE(drive.estimates.empty());
-  EXPECT_THAT(drive.words, ElementsAre(HasSubstr("and no pose follows from them")));
+  ASSERT_EQ(drive.words.size(), 1U);
+  testing::expect_on_page("localize", drive.words.front());
 }
 
-TEST(LocalizeSession, AFullDiskAndADeadRobotEndItWithTheirWords) {
+TEST(LocalizeSession, ErrorsOfListenerAndRobotEndIt) {
   Drive full;
   full.fails = true;
   auto end = full.drive();

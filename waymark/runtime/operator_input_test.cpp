@@ -26,7 +26,7 @@ class CountingDriver final : public LapDriver {
   int decisions = 0;
 };
 
-TEST(PacedDriver, WaitsUntilTheClockIsAsFarAsTheRobot) {
+TEST(PacedDriver, WaitsForTheClock) {
   Duration clock = seconds(100);
   std::vector<Duration> waits;
   auto inner = std::make_unique<CountingDriver>();
@@ -37,11 +37,11 @@ TEST(PacedDriver, WaitsUntilTheClockIsAsFarAsTheRobot) {
         waits.push_back(wait);
         clock += wait;
       });
-  ASSERT_TRUE(paced.drive(seconds(1), {}));  // the first decision is the beginning of both
+  ASSERT_TRUE(paced.drive(seconds(1), {}));  // both clocks start with the first decision
   ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(50), {}));
-  clock += milliseconds(200);  // this computer was busy
+  clock += milliseconds(200);  // this computer was overloaded
   ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(100), {}));
-  EXPECT_EQ(waits, std::vector<Duration>{milliseconds(50)}) << "a robot that is late is not waited for";
+  EXPECT_EQ(waits, std::vector<Duration>{milliseconds(50)}) << "no waiting if the robot is late";
   EXPECT_EQ(counted.decisions, 3);
   paced.receive(Odometry{});
   EXPECT_EQ(counted.received, 1);
@@ -63,18 +63,18 @@ std::vector<E> events(ScriptInput& input, Duration uptime, S state) {
 
 TEST(ScriptInput, TeachesOnceReplaysOnceAndQuits) {
   ScriptInput input(std::make_unique<ThreeDecisions>(), false);
-  EXPECT_TRUE(events(input, milliseconds(100), S::Idle).empty()) << "the robot has only begun";
+  EXPECT_TRUE(events(input, milliseconds(100), S::Idle).empty()) << "the robot has just started";
   EXPECT_EQ(events(input, seconds(1), S::Idle), std::vector<E>{E::Go});
   EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command, (VelocityCommand{0.3, 0.1}));
   EXPECT_TRUE(events(input, seconds(3), S::Teaching).empty());
-  EXPECT_EQ(events(input, seconds(4), S::Teaching), std::vector<E>{E::Go}) << "the lap is over";
+  EXPECT_EQ(events(input, seconds(4), S::Teaching), std::vector<E>{E::Go}) << "ends the lap";
   EXPECT_TRUE(events(input, seconds(5), S::Mapping).empty());
   EXPECT_EQ(events(input, seconds(6), S::Ready), std::vector<E>{E::Go});
   EXPECT_TRUE(events(input, seconds(7), S::Replaying).empty());
   EXPECT_EQ(events(input, seconds(8), S::Done), std::vector<E>{E::Quit});
 }
 
-TEST(ScriptInput, QuitsWhereTheLapCouldNotBeMapped) {
+TEST(ScriptInput, QuitsIfMappingFailed) {
   ScriptInput input(std::make_unique<ThreeDecisions>(), false);
   EXPECT_EQ(events(input, seconds(1), S::Idle), std::vector<E>{E::Go});
   EXPECT_EQ(events(input, seconds(2), S::Idle), std::vector<E>{E::Quit});

@@ -12,7 +12,7 @@ using A = OperatorAction;
 using E = OperatorEvent;
 using S = OperatorState;
 
-/// Not of the operator, or what was commanded.
+/// Whether a sample is from the robot, and neither operator input nor a command.
 bool is_of_robot(const Sample& sample) {
   return !std::holds_alternative<GamepadState>(sample) && !std::holds_alternative<StampedCommand>(sample);
 }
@@ -58,7 +58,7 @@ RobotListener OperatorSession::listener() {
   return listener;
 }
 
-/// While a lap is taught: a replay stops by itself.
+/// Only while a lap is taught: a replay detects silence itself.
 void OperatorSession::notice_silence(Duration uptime) {
   constexpr Duration kSilence = std::chrono::seconds(2);
   if (std::exchange(received_, false) || !lap_open_) {
@@ -67,17 +67,16 @@ void OperatorSession::notice_silence(Duration uptime) {
   }
   if (uptime - last_received_ < kSilence || std::exchange(silence_reported_, true)) return;
   tasks_.on_words(
-      fmt::format("nothing was heard of the robot for {:.0f} s: does it still run?", to_seconds(kSilence)));
+      fmt::format("no sample of the robot for {:.0f} s. Is it still running?", to_seconds(kSilence)));
 }
 
 void OperatorSession::restart_from(const GivenPose& given) {
-  if (replay_ == nullptr)
-    return tasks_.on_words("a pose was given, but nothing is replayed: it has no effect");
-  tasks_.on_words("a pose was given: the replay is paused");
+  if (replay_ == nullptr) return tasks_.on_words("the given pose has no effect because no replay is active");
+  tasks_.on_words("the replay is paused because a pose was given");
   replay_->restart_from(given);
 }
 
-/// While paused it is asked as well, so that it keeps its place; permit() lets nothing through.
+/// Also updated while paused, so that it keeps its position; permit() blocks its commands.
 Result<VelocityCommand> OperatorSession::replay(Duration uptime, SensorTime now) {
   const bool paused = operator_.state() == S::Paused;
   if (operator_.state() != S::Replaying && !paused) return VelocityCommand{};
@@ -167,7 +166,7 @@ Status OperatorSession::end_replay(bool interrupted) {
   ReplayEnd end = std::exchange(replay_, nullptr)->end();
   end.interrupted = interrupted;
   if (interrupted) end.reason = "stopped by a signal";
-  if (end.reason.empty())  // it drove on, and somebody ended it
+  if (end.reason.empty())  // it ended while driving
     end.reason = operator_.state() == S::Over ? "the session was ended" : operator_.reason();
   return tasks_.end_replay(end);
 }

@@ -10,53 +10,54 @@
 
 namespace waymark {
 
-/// What an operator's session asks of whoever keeps recordings and maps. Nothing here waits but take_map()
-/// before its map is there; an error ends the session unless said otherwise.
+/// Tasks of an operator's session that involve recordings and maps. Only take_map() blocks, until the map is
+/// complete. An error ends the session unless stated otherwise.
 class OperatorTasks {
  public:
   virtual ~OperatorTasks() = default;
   OperatorTasks(const OperatorTasks&) = delete;
   OperatorTasks& operator=(const OperatorTasks&) = delete;
 
-  /// Begins to record a lap.
+  /// Starts the recording of a lap.
   [[nodiscard]] virtual Status start_lap() = 0;
-  /// A sample of the lap.
+  /// Adds a sample of the lap.
   [[nodiscard]] virtual Status add_to_lap(const Sample& sample) = 0;
   /// Closes the recording of the lap.
   [[nodiscard]] virtual Status end_lap() = 0;
 
-  /// Begins to make a map of the lap that ended last, on a thread of its own: meanwhile the robot is sent
-  /// zero twenty times a second.
+  /// Starts mapping the last lap on another thread; meanwhile zero is sent to the robot 20 times per second.
   [[nodiscard]] virtual Status start_map() = 0;
-  /// Whether the map was made, or cannot be.
+  /// Whether mapping has ended, with or without a map.
   [[nodiscard]] virtual bool map_ended() const = 0;
-  /// Puts the map in its place; waits for it. An error says why there is none, and the session goes on.
+  /// Installs the map; blocks until it is complete. An error explains why there is none, and does not end the
+  /// session.
   [[nodiscard]] virtual Status take_map() = 0;
-  /// Reads the map that replays are to use. An error as of take_map().
+  /// Reads the map for replays. An error does not end the session.
   [[nodiscard]] virtual Status load_map() = 0;
 
-  /// Begins a replay in the map; the session stays valid until end_replay().
+  /// Starts a replay in the map; the session stays valid until end_replay().
   [[nodiscard]] virtual Result<ReplaySession*> start_replay() = 0;
   /// Closes the recording of the replay.
   [[nodiscard]] virtual Status end_replay(const ReplayEnd& end) = 0;
 
-  /// The state changed: what the operator may do now is in `session.prompt()`.
+  /// Called when the state changes; `session.prompt()` describes what the operator may do.
   virtual void on_state(const Operator& /*session*/, const OperatorButtons& /*buttons*/) {}
-  /// Before each decision: for viewers.
+  /// Called before each decision, for viewers.
   virtual void on_decision(const Operator& /*session*/, const OperatorInput& /*input*/) {}
-  /// A sentence for the operator.
+  /// A message for the operator.
   virtual void on_words(const std::string& /*words*/) {}
 
  protected:
   OperatorTasks() = default;
 };
 
-/// Teach, map, replay, with one button: the table of `Operator` on the loop. The robot moves only while it is
-/// taught or replays.
+/// Teach, map and replay with one button: the state table of `Operator` on the loop. The robot moves only
+/// during teaching and replay.
 class OperatorSession {
  public:
-  /// Input and tasks outlive the session. `has_map`: load_map() has succeeded already, and the session begins
-  /// with ready. `stop_pressed`: a stop that is nobody's input, such as the space bar.
+  /// Input and tasks must outlive the session. `has_map`: load_map() has already succeeded, and the session
+  /// starts in the state ready. `stop_pressed`: a stop that is independent of the input, such as the space
+  /// bar.
   OperatorSession(
       OperatorInput& input, OperatorTasks& tasks, bool has_map = false,
       std::function<bool()> stop_pressed = [] { return false; })
@@ -65,17 +66,17 @@ class OperatorSession {
         stop_pressed_(std::move(stop_pressed)),
         operator_({}, has_map ? OperatorState::Ready : OperatorState::Idle) {}
 
-  /// Says how to begin.
+  /// Reports the initial state with its prompt.
   void begin() { tasks_.on_state(operator_, input_.buttons(operator_.state())); }
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// This session as what drives a robot: add to it who may stop it.
+  /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
   [[nodiscard]] RobotListener listener();
-  /// Ends what has begun, however the drive ended: laps, replays, maps. `interrupted`: by a signal.
+  /// Ends any lap, replay or mapping in progress after the drive ended. `interrupted`: by a signal.
   Status finish(bool interrupted);
 
   [[nodiscard]] OperatorState state() const { return operator_.state(); }
-  /// Of the last stop or failure.
+  /// Reason of the last stop or failure.
   [[nodiscard]] const std::string& reason() const { return operator_.reason(); }
   [[nodiscard]] int laps_taught() const { return laps_taught_; }
   /// Whether the last lap could not be mapped.
@@ -99,7 +100,7 @@ class OperatorSession {
   std::function<bool()> stop_pressed_;
   Operator operator_;
   bool lap_open_ = false;
-  bool received_ = false;     ///< a sample of the robot since the last decision
+  bool received_ = false;     ///< a sample of the robot was received since the last decision
   Duration last_received_{};  ///< uptime
   bool silence_reported_ = false;
   bool mapping_ = false;

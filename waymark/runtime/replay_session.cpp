@@ -18,11 +18,11 @@ bool is_sensed(const Sample& sample) {
          !std::holds_alternative<GamepadState>(sample);
 }
 
-/// A reason without what to do about it, which at the end is too late.
+/// The reason without its advice, which does not apply after the end.
 std::string without_advice(std::string reason) {
-  constexpr std::string_view kAdvice = "ook at the robot, then resume";
+  constexpr std::string_view kAdvice = "Check the robot, then resume";
   if (!reason.ends_with(kAdvice)) return reason;
-  reason.erase(reason.size() - kAdvice.size() - 1);
+  reason.erase(reason.size() - kAdvice.size());
   reason.erase(reason.find_last_not_of(" :.") + 1);
   return reason;
 }
@@ -61,22 +61,22 @@ void ReplaySession::receive_missed(std::vector<MissedTag> missed) {
 void ReplaySession::notice_jump(const Odometry& odometry) {
   if (odometry_ && odometry_jumped(*odometry_, odometry))
     listener_.on_words(
-        "odometry jumped, as it does when the robot is restarted or its odometry is set back: how the robot "
-        "moved meanwhile is taken from tags alone");
+        "odometry jumped, as after a restart of the robot or a reset of its odometry. The motion in between "
+        "is "
+        "estimated from tags alone");
   odometry_ = odometry;
 }
 
-/// A silence shows in the stamps and on our clock: a clock that jumped shows in the stamps alone, a computer
-/// that was busy on our clock alone.
-void ReplaySession::ask_after_silence(Duration uptime) {
+/// A real silence shows in the stamps and on the clock of this computer. A clock jump shows in the stamps
+/// alone, an overloaded computer on its own clock alone.
+void ReplaySession::pause_after_silence(Duration uptime) {
   if (newest_ == newest_before_) return;
   const double stamps_s = newest_before_ ? to_seconds(*newest_ - *newest_before_) : 0;
   const double silent_s = std::min(stamps_s, to_seconds(uptime - received_at_));
   newest_before_ = newest_;
   received_at_ = uptime;
   if (silent_s <= options_.ask_after_silence_s || end_.state == ReplayState::Waiting) return;
-  replayer_.pause(
-      fmt::format("every sensor was silent for {:.1f} s: look at the robot, then resume", silent_s));
+  replayer_.pause(fmt::format("no sensor sample for {:.1f} s. Check the robot, then resume", silent_s));
 }
 
 Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
@@ -92,7 +92,7 @@ Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
 }
 
 Result<DriverDecision> ReplaySession::follow(Duration uptime, SensorTime now) {
-  ask_after_silence(uptime);
+  pause_after_silence(uptime);
   const ReplayStep step = replayer_.step(now);
   end_.state = step.state;
   end_.reason = step.reason.value_or("");

@@ -13,49 +13,50 @@
 
 namespace waymark {
 
-/// Hears a replay as it is driven; an error ends it.
+/// Callbacks of a ReplaySession; an error ends the replay.
 struct ReplayListener {
-  /// Every sample, after the replayer has had it.
+  /// Every sample, after the replayer received it.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
   /// Every decision, before its command is sent.
   std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
     return Status();
   };
-  /// What somebody asked for and cannot have, and what looks like a restarted robot.
+  /// Messages about requests that have no effect, and about a restart of the robot.
   std::function<void(const std::string&)> on_words = [](const std::string&) {};
 };
 
 struct ReplaySessionOptions {
-  double give_up_s = 5;  ///< a robot that waits or stands stopped for so long is given up
-  /// After a longer silence of all sensors the robot stands until somebody has looked: resume().
+  double give_up_s = 5;  ///< time of waiting or being stopped after which the replay is aborted
+  /// After a longer silence of all sensors the robot stays stopped until resume(), so that an operator can
+  /// check it.
   double ask_after_silence_s = 1;
 };
 
-/// How a drive ended.
+/// Result of a drive.
 struct LapEnd {
-  bool finished = false;     ///< the driver was done, or the replay at its goal
-  bool interrupted = false;  ///< somebody wanted it to end
-  double lap_s = 0;          ///< by the robot's clock
+  bool finished = false;     ///< the driver was done, or the replay reached its goal
+  bool interrupted = false;  ///< ended from outside
+  double lap_s = 0;          ///< by the clock of the robot
 };
 
-/// How a replay ended, or how it is so far.
+/// Result of a replay, or its state so far.
 struct ReplayEnd : LapEnd {
   ReplayState state = ReplayState::Waiting;  ///< the last one
-  std::string reason{};                      ///< of a refusal, or of the stop that was not overcome
-  bool given_up = false;                     ///< it stood or waited for too long
+  std::string reason{};                      ///< of a refusal, or of the final stop
+  bool given_up = false;                     ///< stopped or waiting for too long
   bool timed_out = false;
   double driven_m = 0;  ///< along the route
   int stops = 0;
   int frames = 0;
   int frames_with_two_tags = 0;
-  std::map<MissReason, int> missed_tags{};  ///< that should have been in view and were not found
+  std::map<MissReason, int> missed_tags{};  ///< expected tags that were not found
 };
 
-/// A replay as it goes on: hands the samples to the replayer, and knows when it is over: at the goal,
-/// refused, or given up.
+/// Runs a replay: passes samples to the replayer, and ends at the goal, after a refusal, or when it is
+/// aborted.
 class ReplaySession {
  public:
-  /// The replayer outlives the session.
+  /// The replayer must outlive the session.
   ReplaySession(Replayer& replayer, ReplayListener listener, const ReplaySessionOptions& options = {},
                 SessionRequests requests = no_requests())
       : replayer_(replayer),
@@ -64,7 +65,7 @@ class ReplaySession {
         requests_(std::move(requests)) {}
 
   Status receive(const Sample& sample);
-  /// See RobotListener.
+  /// Implements RobotListener::expected.
   [[nodiscard]] std::vector<ExpectedTag> expected(const MountedCamera& camera, SensorTime stamp) const {
     return replayer_.expected(camera, stamp);
   }
@@ -72,22 +73,22 @@ class ReplaySession {
   template <class Frame, class Seen>
   void count(const Frame& frame, const std::vector<Seen>& seen);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// It brakes and stands because somebody wants it to, for as long as that; it is not given up meanwhile.
+  /// Brakes and stays stopped until resume(); the replay is not aborted meanwhile.
   void pause();
-  /// Somebody says where the robot is: as pause().
+  /// Sets the pose of the robot and pauses.
   void restart_from(const GivenPose& given);
-  /// It goes on from the nearest point of the route that it has not passed yet.
+  /// Continues from the nearest point of the route that was not passed yet.
   void resume();
-  /// This session as what drives a robot: add to it who may stop it.
+  /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
   [[nodiscard]] RobotListener listener();
-  /// How it is so far.
+  /// The state so far.
   [[nodiscard]] ReplayEnd end() const;
-  /// How it ended, where the loop did.
+  /// The result, combined with that of the loop.
   [[nodiscard]] ReplayEnd end(const RobotLoopEnd& loop) const;
 
  private:
   void notice_jump(const Odometry& odometry);
-  void ask_after_silence(Duration uptime);
+  void pause_after_silence(Duration uptime);
   Result<DriverDecision> follow(Duration uptime, SensorTime now);
 
   Replayer& replayer_;
@@ -96,11 +97,11 @@ class ReplaySession {
   SessionRequests requests_;
   ReplayEnd end_{};
   TagsInView in_view_{};
-  std::string ended_by_{};  ///< a request, in words
+  std::string ended_by_{};  ///< reason of a request that ended it
   bool paused_ = false;
   std::optional<Odometry> odometry_{};  ///< the newest
-  std::optional<Duration> goes_{};      ///< when it last drove, or was meant to stand
-  /// What sensors said: the newest stamp, that of the decision before, and when that was.
+  std::optional<Duration> goes_{};      ///< uptime when it last moved, or was stopped on purpose
+  /// Silence of the sensors: the newest stamp, that at the previous decision, and the uptime of the change.
   std::optional<SensorTime> newest_{};
   std::optional<SensorTime> newest_before_{};
   Duration received_at_{};

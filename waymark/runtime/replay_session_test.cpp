@@ -1,8 +1,10 @@
-// A replay on the loop with a robot that is a few lines and a clock that is a number: every way it ends.
+// A replay on the loop, with a simulated robot and clock: every way in which it ends.
 #include "waymark/runtime/replay_session.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/tiny_robot.hpp"
 
 namespace waymark {
@@ -10,7 +12,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A session on the loop, with the robot at this place.
+/// A session on the loop with the robot at a given position.
 struct Drive {
   explicit Drive(const SE2& start = {}, bool lost = false)
       : robot(start),
@@ -74,7 +76,7 @@ TEST(ReplaySession, EndsAtTheGoal) {
   EXPECT_GT(run.samples, 3 * end->frames - 3) << "odometry, tags and commands";
 }
 
-TEST(ReplaySession, EndsWhereTheStartGateRefuses) {
+TEST(ReplaySession, EndsIfTheStartGateRefuses) {
   Drive run(SE2(0, 0, 2.0));
   const auto end = run.drive();
   ASSERT_TRUE(end);
@@ -84,7 +86,7 @@ TEST(ReplaySession, EndsWhereTheStartGateRefuses) {
   EXPECT_EQ(run.robot.fastest_m_s, 0);
 }
 
-TEST(ReplaySession, GivesUpWaitingForAPosition) {
+TEST(ReplaySession, EndsAfterWaitingTooLongForAnEstimate) {
   Drive run({}, true);
   const auto end = run.drive();
   ASSERT_TRUE(end);
@@ -94,7 +96,7 @@ TEST(ReplaySession, GivesUpWaitingForAPosition) {
   EXPECT_EQ(run.robot.fastest_m_s, 0);
 }
 
-TEST(ReplaySession, GivesUpStandingForTooLongAndSaysWhy) {
+TEST(ReplaySession, EndsAfterBeingStoppedTooLongAndReportsWhy) {
   Drive run;
   run.robot.silent.from = milliseconds(2000);
   const auto end = run.drive();
@@ -105,10 +107,10 @@ TEST(ReplaySession, GivesUpStandingForTooLongAndSaysWhy) {
   EXPECT_EQ(end->stops, 1);
   EXPECT_FALSE(end->reason.empty());
   EXPECT_EQ(run.robot.last(), VelocityCommand{});
-  EXPECT_LT(to_seconds(run.robot.clock), 2 + 1 + 2) << "stands within a second, is given up after two";
+  EXPECT_LT(to_seconds(run.robot.clock), 2 + 1 + 2) << "stops within one second, ends after two";
 }
 
-TEST(ReplaySession, EndsWhenSomebodyWantsItTo) {
+TEST(ReplaySession, EndsOnShouldStop) {
   Drive run;
   run.stop_at = milliseconds(3000);
   const auto end = run.drive();
@@ -129,21 +131,21 @@ TEST(ReplaySession, EndsWhenItsTimeIsOver) {
   EXPECT_EQ(run.robot.last(), VelocityCommand{});
 }
 
-TEST(ReplaySession, APauseIsNotGivenUpAndGoesOn) {
+TEST(ReplaySession, APauseDoesNotEndTheReplay) {
   Drive run;
   double paused_at_m = 0;
   double drove_on_m = 0;
   run.before = [&](Duration uptime) {
     if (uptime == milliseconds(2001)) run.session.pause();
     if (uptime == milliseconds(3001)) paused_at_m = run.robot.x_m();
-    if (uptime != milliseconds(9001)) return;  // longer than it takes to be given up
+    if (uptime != milliseconds(9001)) return;  // longer than give_up_s
     drove_on_m = run.robot.x_m() - paused_at_m;
     run.session.resume();
   };
   const auto end = run.drive();
   ASSERT_TRUE(end);
   EXPECT_GT(paused_at_m, 0.1);
-  EXPECT_LT(drove_on_m, 0.001) << "it stood";
+  EXPECT_LT(drove_on_m, 0.001) << "it was stopped";
   EXPECT_TRUE(end->finished) << end->reason;
   EXPECT_EQ(end->stops, 1);
 }
@@ -155,8 +157,8 @@ TEST(ReplaySession, ARequestPausesResumesAndEndsIt) {
     SessionRequest request;
     if (uptime == milliseconds(2001)) request.pause = true;
     if (uptime == milliseconds(3001)) paused_at_m = paused.robot.x_m();
-    if (uptime != milliseconds(9001)) return request;  // longer than it takes to be given up
-    EXPECT_NEAR(paused.robot.x_m(), paused_at_m, 0.001) << "it stood";
+    if (uptime != milliseconds(9001)) return request;  // longer than give_up_s
+    EXPECT_NEAR(paused.robot.x_m(), paused_at_m, 0.001) << "it was stopped";
     request.pause = false;
     return request;
   };
@@ -178,7 +180,7 @@ TEST(ReplaySession, ARequestPausesResumesAndEndsIt) {
 }
 
 // RViz's "2D Pose Estimate" while the robot drives.
-TEST(ReplaySession, AGivenPoseStopsTheRobotUntilItIsResumedFromThere) {
+TEST(ReplaySession, AGivenPoseStopsTheRobotUntilResumed) {
   Drive run;
   double given_at_m = 0;
   std::string reason;
@@ -189,20 +191,20 @@ TEST(ReplaySession, AGivenPoseStopsTheRobotUntilItIsResumedFromThere) {
       request.pose = GivenPose{SE2(given_at_m + 0.3, 0, 0), Eigen::Matrix3d::Identity() * 1e-4};
     }
     if (uptime == milliseconds(4001)) reason = run.session.end().reason;
-    if (uptime != milliseconds(9001)) return request;  // longer than it takes to be given up
-    EXPECT_LT(run.robot.x_m() - given_at_m, 0.1) << "it stood";
+    if (uptime != milliseconds(9001)) return request;  // longer than give_up_s
+    EXPECT_LT(run.robot.x_m() - given_at_m, 0.1) << "it was stopped";
     EXPECT_EQ(run.robot.last(), VelocityCommand{});
     request.pause = false;
     return request;
   };
   const auto end = run.drive();
   ASSERT_TRUE(end);
-  EXPECT_NE(reason.find("its pose was given"), std::string::npos) << reason;
+  testing::expect_on_page("replay", reason);
   EXPECT_TRUE(end->finished) << end->reason;
-  EXPECT_NEAR(run.robot.x_m(), 1.7, 0.1) << "the goal by where it was said to be";
+  EXPECT_NEAR(run.robot.x_m(), 1.7, 0.1) << "the goal relative to the given pose";
 }
 
-TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
+TEST(ReplaySession, ContinuesAutomaticallyOnlyAfterAShortSilence) {
   Drive brief;
   brief.robot.silent = {milliseconds(2000), milliseconds(2800)};
   const auto end = brief.drive();
@@ -212,16 +214,17 @@ TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
 
   Drive lasting;
   lasting.robot.silent = {milliseconds(2000), milliseconds(3450)};
-  double stood_at_m = 0;
+  double stopped_at_m = 0;
   lasting.before = [&](Duration uptime) {
-    if (uptime == milliseconds(3501)) stood_at_m = lasting.robot.x_m();
+    if (uptime == milliseconds(3501)) stopped_at_m = lasting.robot.x_m();
   };
   const auto asked = lasting.drive();
   ASSERT_TRUE(asked);
-  EXPECT_TRUE(asked->given_up) << "nobody came";
-  EXPECT_NE(asked->reason.find("every sensor was silent for 1.5 s"), std::string::npos) << asked->reason;
-  EXPECT_EQ(asked->reason.find("resume"), std::string::npos) << "at the end nothing can be resumed";
-  EXPECT_NEAR(lasting.robot.x_m(), stood_at_m, 1e-9) << "it did not go on";
+  EXPECT_TRUE(asked->given_up) << "nothing resumed it";
+  EXPECT_THAT(asked->reason, ::testing::HasSubstr("1.5 s"));
+  testing::expect_on_page("replay", asked->reason);
+  EXPECT_EQ(asked->reason.find("resume"), std::string::npos) << "no advice after the end";
+  EXPECT_NEAR(lasting.robot.x_m(), stopped_at_m, 1e-9) << "it did not continue";
 
   Drive helped;
   helped.robot.silent = {milliseconds(2000), milliseconds(3500)};
@@ -233,8 +236,8 @@ TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
   EXPECT_TRUE(resumed->finished) << resumed->reason;
 }
 
-// Its samples come all the same, late: nobody knows what happened meanwhile.
-TEST(ReplaySession, ARobotWhoseComputerWasFrozenStandsUntilItIsAsked) {
+// The samples arrive late: the motion in the meantime is unknown.
+TEST(ReplaySession, StaysStoppedAfterTheComputerWasSuspended) {
   Replayer replayer = test::tiny_replayer();
   SE2 odom_T_base;
   SensorTime now(milliseconds(1));
@@ -253,36 +256,36 @@ TEST(ReplaySession, ARobotWhoseComputerWasFrozenStandsUntilItIsAsked) {
   };
   drive(30, true);
   EXPECT_GT(step.command.speed_m_s, 0.1);
-  step.command = {};  // the watchdog's
+  step.command = {};  // of the watchdog
   drive(30, false);
   drive(20, true);
   EXPECT_EQ(step.command, VelocityCommand{});
-  EXPECT_NE(step.reason.value_or("").find("no command was sent for 1.6 s"), std::string::npos)
-      << step.reason.value_or("");
+  EXPECT_THAT(step.reason.value_or(""), ::testing::HasSubstr("1.6 s"));
+  testing::expect_on_page("replay", step.reason.value_or(""));
   replayer.resume();
   drive(20, true);
   EXPECT_GT(step.command.speed_m_s, 0.1) << step.reason.value_or("");
 }
 
-TEST(ReplaySession, ARobotThatIsRestartedIsNamed) {
+TEST(ReplaySession, ReportsARestartOfTheRobot) {
   Replayer replayer = test::tiny_replayer();
   std::vector<std::string> words;
-  ReplaySession session(replayer, {.on_words = [&](const std::string& said) { words.push_back(said); }});
+  ReplaySession session(replayer, {.on_words = [&](const std::string& text) { words.push_back(text); }});
   int messages = 0;
-  for (const double x_m : {2.0, 2.02, 0.0, 0.02})  // back to the origin of its frame
+  for (const double x_m : {2.0, 2.02, 0.0, 0.02})  // back to the origin of odom
     ASSERT_TRUE(session.receive(
         Odometry{.stamp = SensorTime(milliseconds(50 * ++messages)), .odom_T_base = SE2(x_m, 0, 0)}));
   EXPECT_EQ(words.size(), 1U);
 }
 
-TEST(ReplaySession, ARobotThatIsGoneIsAnErrorAndSoIsAListenerThatFails) {
+TEST(ReplaySession, AFailedRobotOrListenerIsAnError) {
   Drive dead;
   dead.robot.dies_after = milliseconds(2000);
   const auto end = dead.drive();
   ASSERT_FALSE(end);
   EXPECT_EQ(end.error().message, "the robot's process ended");
   EXPECT_EQ(dead.robot.last(), VelocityCommand{});
-  EXPECT_EQ(dead.session.end().state, ReplayState::Driving) << "how far it came is known";
+  EXPECT_EQ(dead.session.end().state, ReplayState::Driving) << "the state so far is available";
   EXPECT_GT(dead.session.end().driven_m, 0.1);
   Drive full;
   full.fails_at_s = 1.5;
@@ -292,7 +295,7 @@ TEST(ReplaySession, ARobotThatIsGoneIsAnErrorAndSoIsAListenerThatFails) {
   EXPECT_EQ(full.robot.last(), VelocityCommand{});
 }
 
-TEST(ReplaySession, AGivenPoseThatNoTagConfirmsIsNotCalledACarriedRobot) {
+TEST(ReplaySession, AnUnconfirmedGivenPoseIsNotReportedAsMotionByHand) {
   test::TinyRobot robot{SE2()};
   Replayer replayer = test::tiny_replayer();
   double given_at_m = 0;
@@ -310,10 +313,10 @@ TEST(ReplaySession, AGivenPoseThatNoTagConfirmsIsNotCalledACarriedRobot) {
   ASSERT_TRUE(driven);
   const ReplayEnd end = session.end(*driven);
   EXPECT_TRUE(end.given_up);
-  EXPECT_NE(end.reason.find("do not confirm the pose that was given"), std::string::npos) << end.reason;
-  EXPECT_EQ(end.reason.find("carried"), std::string::npos) << end.reason;
-  EXPECT_GT(given_at_m, 0.1) << "it drove";
-  EXPECT_LT(robot.x_m() - given_at_m, 0.1) << "it stood";
+  EXPECT_THAT(end.reason, ::testing::Not(::testing::HasSubstr("by hand")));
+  testing::expect_on_page("replay", end.reason);
+  EXPECT_GT(given_at_m, 0.1) << "it was driving";
+  EXPECT_LT(robot.x_m() - given_at_m, 0.1) << "it was stopped";
 }
 
 }  // namespace

@@ -46,9 +46,9 @@ bool FrameOrder::pass(const Sample& sample) {
   }
   ++left_out_;
   if ((left_out_ & (left_out_ - 1)) == 0)
-    words_ = fmt::format(
-        "{} picture{} of the camera '{}' {} left out: stamped {:.3f} s before an earlier one", left_out_,
-        left_out_ == 1 ? "" : "s", *camera, left_out_ == 1 ? "was" : "were", to_seconds(behind));
+    words_ = fmt::format("{} of the camera '{}' skipped: stamped {:.3f} s before an earlier one",
+                         left_out_ == 1 ? "1 image" : fmt::format("{} images", left_out_), *camera,
+                         to_seconds(behind));
   return false;
 }
 
@@ -99,7 +99,7 @@ Duration RobotLoop::patience() const {
 Status RobotLoop::take_event(const RobotListener& listener) {
   Result<std::optional<RobotEvent>> event = source_.next(patience());
   if (!event) return tl::unexpected(event.error());
-  if (!*event) {  // in lockstep: an answer that was lost
+  if (!*event) {  // in lockstep: the answer was lost
     return pacing_.lockstep && pictures_.empty() && !options_.listen_only ? robot_.command(last_) : Status();
   }
   if (const auto* text = std::get_if<RobotText>(&**event)) listener.on_text(text->text);
@@ -108,7 +108,7 @@ Status RobotLoop::take_event(const RobotListener& listener) {
   return sample != nullptr ? receive(std::move(*sample), listener) : Status();
 }
 
-/// In lockstep every picture is searched, otherwise the newest: when nothing else waits.
+/// Searches the pending image if no other event is pending; in lockstep every image, otherwise the newest.
 Status RobotLoop::search_picture(const RobotListener& listener) {
   if (pictures_.empty() || (!pacing_.lockstep && source_.more())) return {};
   const CameraFrame picture = *pictures_.pop();
@@ -118,8 +118,8 @@ Status RobotLoop::search_picture(const RobotListener& listener) {
   const auto expected =
       camera != nullptr ? listener.expected(*camera, picture.stamp) : std::vector<ExpectedTag>();
   auto found = sequence.find(picture.image, camera != nullptr ? &camera->camera : nullptr, expected);
-  if (!found) {  // one picture that cannot be searched does not end a drive; none at all stop it by their age
-    listener.on_text("a picture was left out: " + to_string(found.error()));
+  if (!found) {  // a single failure does not end the drive; if all fail, the image age stops the robot
+    listener.on_text("an image was skipped: " + to_string(found.error()));
     return {};
   }
   due_ = due_ || !pacing_.lockstep;
@@ -143,7 +143,7 @@ Status RobotLoop::decide(const RobotListener& listener, RobotLoopEnd& end) {
     return fail(
         ErrorCode::NotFound,
         fmt::format("the robot has sent no sensor sample in {:g} s", options_.first_sample_s), {},
-        "Do its sensors and their drivers run? `waymark doctor robot=true` shows what a robot sends.");
+        "Check that its sensors and their drivers run; `waymark doctor robot=true` shows what it sends.");
   if (!now) return {};
   const Result<DriverDecision> decision = listener.decide(uptime(), *now);
   if (!decision) return tl::unexpected(decision.error());
@@ -163,10 +163,10 @@ Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
     if (status) status = decide(listener, end);
     if (!status) return status;
   }
-  end.interrupted = end.interrupted || listener.should_stop();  // also where the last decision was to end
+  end.interrupted = end.interrupted || listener.should_stop();  // also if the last decision was the end
   if (options_.listen_only || (end.done && !end.interrupted && last_ == VelocityCommand{})) return {};
-  const Status stood = command_zero();
-  if (!stood && !end.interrupted) return stood;  // where it was interrupted the robot may be what ended
+  const Status sent = command_zero();
+  if (!sent && !end.interrupted) return sent;  // after an interruption the robot may have ended first
   const auto now = source_.now();
   return now ? listener.on_sample(StampedCommand{*now, {}}) : Status();
 }

@@ -10,18 +10,18 @@
 
 namespace waymark {
 
-/// What people beside the driver want of a session: viewers, whoever presses the space bar.
+/// Requests to a session from outside the driver: viewers, the space bar.
 struct SessionRequest {
   bool end = false;
-  std::string reason{};         ///< why it ends
-  bool command_zero = false;    ///< zero is sent, whatever the driver decides
-  std::optional<bool> pause{};  ///< of a replay, when it changed: pause, or resume
-  /// Somebody says where the robot is: a replay stands until it is resumed.
+  std::string reason{};         ///< why the session ends
+  bool command_zero = false;    ///< send zero, regardless of the driver's decision
+  std::optional<bool> pause{};  ///< of a replay, if it changed: pause or resume
+  /// A given pose of the robot: a replay stays stopped until it is resumed.
   std::optional<GivenPose> pose{};
-  std::vector<std::string> words{};  ///< for whoever runs the program
+  std::vector<std::string> words{};  ///< for the person who runs the program
 };
 
-/// Asked before each decision.
+/// Called before each decision.
 using SessionRequests = std::function<SessionRequest(Duration uptime)>;
 
 [[nodiscard]] inline SessionRequests no_requests() {

@@ -9,10 +9,10 @@
 
 namespace waymark {
 
-/// A robot that is one function: it obeys the newest command for one period and returns what the sensors
-/// measured meanwhile. After each call a new command is asked for (lockstep). For a simulator, and for
-/// hardware that is polled; such a function waits until the period is over. When a drive ends, whatever ends
-/// it, a function whose last command was not zero is called once more with zero. A robot that sends by itself
+/// A robot defined by one function, which executes the newest command for one period and returns the samples
+/// of that period. After each call a new command is requested (lockstep). For simulators, and for hardware
+/// that is polled, whose function waits until the period is over. When a drive ends for any reason and the
+/// last command was not zero, the function is called once more with zero. A robot that sends asynchronously
 /// implements Source and Robot.
 class StepRobot final : public Source, public Robot {
  public:
@@ -27,7 +27,7 @@ class StepRobot final : public Source, public Robot {
   [[nodiscard]] bool more() const override { return !events_.empty(); }
   [[nodiscard]] std::optional<SensorTime> now() const override { return SensorTime(clock_); }
 
-  /// The time of this robot, for RobotLoop. The robot outlives it.
+  /// The clock of this robot, for RobotLoop. The robot must outlive it.
   [[nodiscard]] Pacing pacing() const;
 
  private:

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// Kinematics on the floor: wheels and one tag are seen at the end of each period.
+/// Kinematics on the floor: odometry and one tag at the end of each period.
 class Kinematics {
  public:
   Result<std::vector<Sample>> operator()(const VelocityCommand& command, SensorTime now) {
@@ -30,7 +30,7 @@ class Kinematics {
   SensorTime last_{};
 };
 
-TEST(StepRobot, TheReplayOfAStraightRouteEndsAtItsGoal) {
+TEST(StepRobot, AReplayOfAStraightRouteEndsAtItsGoal) {
   Kinematics kinematics;
   StepRobot robot([&](const VelocityCommand& command, SensorTime now) { return kinematics(command, now); });
   Replayer replayer = test::tiny_replayer();
@@ -40,10 +40,10 @@ TEST(StepRobot, TheReplayOfAStraightRouteEndsAtItsGoal) {
   const ReplayEnd end = session.end(*driven);
   EXPECT_TRUE(end.finished) << end.reason;
   EXPECT_NEAR(kinematics.map_T_base.x(), 2, 0.1);
-  EXPECT_EQ(kinematics.commands.front(), 0) << "a robot that nobody commanded stands";
+  EXPECT_EQ(kinematics.commands.front(), 0) << "zero before the first command";
 }
 
-TEST(StepRobot, EachCommandIsObeyedForOnePeriod) {
+TEST(StepRobot, ExecutesEachCommandForOnePeriod) {
   Kinematics kinematics;
   StepRobot robot([&](const VelocityCommand& command, SensorTime now) { return kinematics(command, now); },
                   std::chrono::milliseconds(100));
@@ -56,12 +56,12 @@ TEST(StepRobot, EachCommandIsObeyedForOnePeriod) {
   const auto driven = RobotLoop(robot, robot, robot.pacing()).drive(listener);
   ASSERT_TRUE(driven);
   EXPECT_THAT(kinematics.commands, ElementsAre(0, 0.1, ::testing::DoubleEq(0.2), ::testing::DoubleEq(0.3), 0))
-      << "and stands at the end";
+      << "zero at the end";
   EXPECT_NEAR(kinematics.map_T_base.x(), 0.06, 1e-12);
   EXPECT_NEAR(to_seconds(driven->uptime), 0.4, 1e-9);
 }
 
-TEST(StepRobot, HoweverADriveEndsTheLastCommandIsZero) {
+TEST(StepRobot, TheLastCommandIsZeroForEveryEnd) {
   enum class Ending { Finished, Interrupted, TimedOut, FunctionFails, DecisionFails };
   for (const Ending ending : {Ending::Finished, Ending::Interrupted, Ending::TimedOut, Ending::FunctionFails,
                               Ending::DecisionFails}) {

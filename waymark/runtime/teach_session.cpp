@@ -11,7 +11,7 @@ namespace waymark {
 TeachMonitorOptions monitor_options(const CameraModel& camera, std::optional<double> exposure_ms) {
   TeachMonitorOptions options;
   if (exposure_ms) options.exposure_ms = *exposure_ms;
-  // Pixels a radian in the middle of the picture, whatever the model.
+  // Pixels per radian in the centre of the image, for any camera model.
   const auto ahead = camera.project(Eigen::Vector3d(0, 0, 1));
   const auto beside = camera.project(Eigen::Vector3d(1e-3, 0, 1));
   if (ahead && beside) options.focal_length_px = std::max(1.0, (*beside - *ahead).norm() / 1e-3);
@@ -55,7 +55,7 @@ Status TeachSession::receive(const Sample& sample) {
   return lap_.receive(sample);
 }
 
-/// Said once each time.
+/// Reports once per silence.
 void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* what) {
   if (stream.received)
     stream = {.received = false, .silence_reported = false, .last = uptime, .ever_received = true};
@@ -63,22 +63,21 @@ void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* w
   stream.silence_reported = true;
   const bool camera_missing = &stream == &camera_ && !stream.ever_received;
   lap_.listener().on_words(fmt::format(
-      "no {} for {:.0f} s: {}", what, options_.silence_s,
-      camera_missing ? "does the robot send pictures or tags? A camera of this computer is named with "
-                       "`camera_source`"
-                     : "does the robot still run?"));
+      "no {} for {:.0f} s. {}", what, options_.silence_s,
+      camera_missing
+          ? "Does the robot send images or tags? Select a camera of this computer with `camera_source`"
+          : "Is the robot still running?"));
 }
 
 Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
   notice_silence(odometry_, uptime, "odometry");
-  notice_silence(camera_, uptime, "frame of the camera");
+  notice_silence(camera_, uptime, "camera frame");
   Result<DriverDecision> decision = driver_.drive(uptime, now);
   if (!decision) return decision;
   for (const std::string& words : decision->words) lap_.listener().on_words(words);
   const SessionRequest request = requests_(uptime);
   for (const std::string& words : request.words) lap_.listener().on_words(words);
-  if (request.pose)
-    lap_.listener().on_words("a pose was given, but a lap that is taught needs none: it has no effect");
+  if (request.pose) lap_.listener().on_words("the given pose has no effect while a lap is taught");
   finished_ = decision->done = decision->done || request.end;
   if (finished_ || request.command_zero) decision->command = {};
   return decision;

@@ -12,30 +12,30 @@
 
 namespace waymark {
 
-/// What becomes of a lap as it is taught.
+/// Callbacks of a taught lap.
 struct TeachListener {
-  /// Every sample, in order: for a recording. An error ends the lap.
+  /// Every sample, in order, for a recording. An error ends the lap.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// After each picture that was searched for tags: how far the lap is, and what is wrong at the moment.
+  /// Progress and current warnings, after each image that was searched for tags.
   std::function<void(const std::string&)> on_progress = [](const std::string&) {};
-  /// A sentence for whoever drives.
+  /// A message for the driver.
   std::function<void(const std::string&)> on_words = [](const std::string&) {};
 };
 
-/// The samples of a lap on their way past the teacher and the monitor to whoever records them.
+/// Passes the samples of a lap to teacher and monitor, and to the listener that records them.
 class LapMonitor {
  public:
   LapMonitor(TeachSetup setup, const TeachMonitorOptions& monitor, TeachListener listener)
       : teacher_(std::move(setup)), monitor_(monitor), listener_(std::move(listener)) {}
 
   Status receive(const Sample& sample);
-  /// Of the teacher, with the warnings of the monitor.
+  /// Summary of the teacher with the warnings of the monitor.
   [[nodiscard]] TeachSummary summary() const;
   [[nodiscard]] const TeachMonitor& monitor() const { return monitor_; }
   [[nodiscard]] const TeachListener& listener() const { return listener_; }
 
  private:
-  /// Of the seconds since the first picture of the lap.
+  /// Progress line, with the time since the first frame of the lap.
   [[nodiscard]] std::string progress(SensorTime stamp, std::size_t tags);
 
   Teacher teacher_;
@@ -44,33 +44,33 @@ class LapMonitor {
   std::optional<SensorTime> began_{};
 };
 
-/// The monitor for a camera: exposure, and pixels a radian in the middle of its picture.
+/// Monitor options for a camera: exposure time, and pixels per radian in the centre of its image.
 [[nodiscard]] TeachMonitorOptions monitor_options(const CameraModel& camera,
                                                   std::optional<double> exposure_ms = {});
 
 struct TeachSessionOptions {
-  /// After so long without odometry or pictures the listener is told. Infinite: never.
+  /// Time without odometry or camera frames after which on_words is called. Infinite: never.
   double silence_s = std::numeric_limits<double>::infinity();
 };
 
-/// A lap that is driven once, as it goes on: the driver decides, everything is listened to, and zero is sent
-/// when the lap is over.
+/// Runs one lap: the driver decides, all samples are passed to the monitor, and zero is sent when the lap is
+/// over.
 class TeachSession {
  public:
-  /// The driver outlives the session.
+  /// The driver must outlive the session.
   TeachSession(LapDriver& driver, LapMonitor lap, SessionRequests requests = no_requests(),
                const TeachSessionOptions& options = {})
       : driver_(driver), lap_(std::move(lap)), requests_(std::move(requests)), options_(options) {}
 
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
-  /// This session as what drives a robot: add to it who may stop it.
+  /// Callbacks that drive a robot with this session; set should_stop to end it from outside.
   [[nodiscard]] RobotListener listener();
 
   [[nodiscard]] const LapMonitor& lap() const { return lap_; }
-  /// Whether the lap is over: the driver was done, or somebody ended it.
+  /// Whether the lap is over: the driver was done, or a request ended it.
   [[nodiscard]] bool finished() const { return finished_; }
-  /// How it ended, where the loop did.
+  /// The result, combined with that of the loop.
   [[nodiscard]] LapEnd end(const RobotLoopEnd& loop) const;
 
  private:

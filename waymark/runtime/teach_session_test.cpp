@@ -1,12 +1,13 @@
-// A lap that is taught on the loop, with a robot that is a few lines and a clock that is a number: every way
-// it ends, and what is said meanwhile.
+// A taught lap on the loop, with a simulated robot and clock: every end, and the messages meanwhile.
 #include "waymark/runtime/teach_session.hpp"
 
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/tiny_robot.hpp"
 
 namespace waymark {
@@ -15,7 +16,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// Drives ahead for a while.
+/// Drives forwards for a while.
 class AheadDriver final : public LapDriver {
  public:
   void receive(const Sample& /*sample*/) override { ++received; }
@@ -91,12 +92,12 @@ TEST(TeachSession, EndsWhenTheDriverIsDone) {
   EXPECT_EQ(lap.robot.last(), VelocityCommand{});
   EXPECT_GE(lap.driver.received, lap.count<Odometry>() + lap.count<TagFrame>());
   EXPECT_EQ(lap.count<GamepadState>(), static_cast<int>(lap.driver.times.size()))
-      << "what is held in hand is recorded";
+      << "the gamepad is recorded";
   EXPECT_EQ(lap.count<StampedCommand>(), static_cast<int>(lap.driver.times.size()));
   EXPECT_TRUE(lap.words.empty());
 }
 
-TEST(TeachSession, SummarisesWhatWasSeenAndDriven) {
+TEST(TeachSession, SummarisesTheLap) {
   Drive lap;
   ASSERT_TRUE(lap.drive());
   const TeachSummary summary = lap.session.lap().summary();
@@ -105,22 +106,23 @@ TEST(TeachSession, SummarisesWhatWasSeenAndDriven) {
   EXPECT_EQ(summary.seen.size(), 2U);
   EXPECT_NEAR(summary.distance_m, lap.robot.x_m(), 0.05);
   ASSERT_EQ(static_cast<int>(lap.progress.size()), summary.frames);
-  EXPECT_NE(lap.progress.back().find("2 tags"), std::string::npos) << lap.progress.back();
+  EXPECT_THAT(lap.progress.back(), ::testing::HasSubstr("2 tags"));
+  testing::expect_on_page("session", lap.progress.back());
 }
 
-TEST(TeachSession, CountsTheSecondsOfTheLapAndNotThoseOfTheRobotsClock) {
-  std::vector<std::string> said;
-  LapMonitor lap(tiny_setup(), {}, {.on_progress = [&](const std::string& line) { said.push_back(line); }});
-  for (const int second : {90000, 90001, 90012})  // a clock that counts since the computer was switched on
+TEST(TeachSession, CountsTheTimeOfTheLap) {
+  std::vector<std::string> lines;
+  LapMonitor lap(tiny_setup(), {}, {.on_progress = [&](const std::string& line) { lines.push_back(line); }});
+  for (const int second : {90000, 90001, 90012})  // a clock that started with the computer
     ASSERT_TRUE(lap.receive(TagFrame{.stamp = SensorTime(seconds(second))}));
-  ASSERT_EQ(said.size(), 3U);
-  EXPECT_TRUE(said.front().starts_with("0.0 s, ")) << said.front();
-  EXPECT_TRUE(said.back().starts_with("12.0 s, ")) << said.back();
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_TRUE(lines.front().starts_with("0.0 s, ")) << lines.front();
+  EXPECT_TRUE(lines.back().starts_with("12.0 s, ")) << lines.back();
 }
 
 TEST(TeachSession, WarnsOfAbruptStartsOnTheProgressLineAndInTheSummary) {
   Drive lap;
-  ASSERT_TRUE(lap.drive());  // from nothing to 0.3 m/s between two samples
+  ASSERT_TRUE(lap.drive());  // from standstill to 0.3 m/s between two samples
   EXPECT_GT(lap.session.lap().monitor().abrupt_moments(), 0);
 }
 
@@ -134,13 +136,13 @@ TEST(TeachSession, EndsOnRequestWithZero) {
   EXPECT_EQ(std::get<StampedCommand>(lap.samples.back()).command, VelocityCommand{});
 }
 
-TEST(TeachSession, StandsForAsLongAsAsked) {
+TEST(TeachSession, StopsWhileRequested) {
   Drive lap;
   lap.request = [](Duration uptime) {
     return SessionRequest{.command_zero = uptime >= seconds(1) && uptime < seconds(3)};
   };
   ASSERT_TRUE(lap.drive());
-  EXPECT_NEAR(lap.robot.x_m(), 2 * 0.3, 0.05) << "it drove for two of four seconds";
+  EXPECT_NEAR(lap.robot.x_m(), 2 * 0.3, 0.05) << "driven for two of four seconds";
 }
 
 TEST(TeachSession, ASignalInterruptsIt) {
@@ -153,21 +155,21 @@ TEST(TeachSession, ASignalInterruptsIt) {
   EXPECT_EQ(lap.robot.last(), VelocityCommand{});
 }
 
-TEST(TeachSession, SaysOnceWhenASensorIsSilentAndAgainTheNextTime) {
+TEST(TeachSession, ReportsEachSilenceOnce) {
   Drive lap({.silence_s = 1});
   lap.driver.done_at = seconds(9);
   lap.robot.camera_silent = {seconds(1), seconds(4)};
   lap.robot.wheels_silent = {seconds(5), seconds(7)};
   ASSERT_TRUE(lap.drive());
   ASSERT_EQ(lap.words.size(), 2U);
-  EXPECT_EQ(lap.words[0], "no frame of the camera for 1 s: does the robot still run?");
-  EXPECT_EQ(lap.words[1], "no odometry for 1 s: does the robot still run?");
+  testing::expect_on_page("session", lap.words[0]);
+  testing::expect_on_page("session", lap.words[1]);
 
   Drive twice({.silence_s = 1});
   twice.robot.silent = {milliseconds(500), milliseconds(2000)};
   twice.robot.camera_silent = {milliseconds(2500), milliseconds(3900)};
   ASSERT_TRUE(twice.drive());
-  EXPECT_EQ(twice.words.size(), 3U) << "both, and the camera again";
+  EXPECT_EQ(twice.words.size(), 3U) << "both sensors, and the camera again";
 
   Drive unasked;
   unasked.robot.silent = {seconds(1), seconds(3)};
@@ -175,7 +177,7 @@ TEST(TeachSession, SaysOnceWhenASensorIsSilentAndAgainTheNextTime) {
   EXPECT_TRUE(unasked.words.empty());
 }
 
-TEST(TeachSession, WhateverFailsEndsItWithZeroAndKeepsWhatWasReceived) {
+TEST(TeachSession, AnyErrorEndsItWithZeroAndKeepsTheSamples) {
   Drive dead;
   dead.robot.dies_after = seconds(2);
   auto end = dead.drive();
@@ -199,7 +201,7 @@ TEST(TeachSession, WhateverFailsEndsItWithZeroAndKeepsWhatWasReceived) {
   EXPECT_EQ(full.robot.last(), VelocityCommand{});
 }
 
-TEST(LapMonitor, PassesPicturesOnAndTakesNoTagsFromThem) {
+TEST(LapMonitor, PassesImagesOnWithoutSearchingThem) {
   int pictures = 0;
   LapMonitor lap(tiny_setup(), {}, {.on_sample = [&](const Sample& sample) {
                    pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
@@ -217,7 +219,7 @@ TEST(MonitorOptions, FollowTheCamera) {
   EXPECT_EQ(monitor_options(tiny_setup().camera).exposure_ms, TeachMonitorOptions{}.exposure_ms);
 }
 
-TEST(TeachSession, APoseThatSomebodyGivesHasNoEffectAndThatIsSaid) {
+TEST(TeachSession, ReportsThatAGivenPoseHasNoEffect) {
   Drive run;
   run.request = [](Duration uptime) {
     SessionRequest request;
@@ -227,9 +229,10 @@ TEST(TeachSession, APoseThatSomebodyGivesHasNoEffectAndThatIsSaid) {
   };
   ASSERT_TRUE(run.drive());
   EXPECT_EQ(std::ranges::count(run.words, "refused"), 1);
-  EXPECT_TRUE(std::ranges::any_of(run.words, [](const std::string& sentence) {
-    return sentence.find("a pose was given") != std::string::npos;
-  }));
+  const auto message =
+      std::ranges::find_if(run.words, [](const std::string& text) { return text != "refused"; });
+  ASSERT_NE(message, run.words.end());
+  testing::expect_on_page("session", *message);
 }
 
 }  // namespace

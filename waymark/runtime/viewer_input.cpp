@@ -8,9 +8,9 @@ namespace {
 using E = OperatorEvent;
 using S = OperatorState;
 
-/// A page that falls silent drives no more.
+/// A silent page stops driving after this time.
 constexpr Duration kHold = std::chrono::milliseconds(500);
-/// An operator's session takes two presses within 0.3 s for one.
+/// Longer than 0.3 s, within which an operator's session ignores a second press.
 constexpr Duration kAskAgain = std::chrono::milliseconds(400);
 
 }  // namespace
@@ -40,7 +40,7 @@ void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S st
   }
   if (order.kind == Kind::Script) {
     request.script = true;
-    commanded_at_.reset();  // the hand that drove a moment ago lets go
+    commanded_at_.reset();  // of a viewer that drove until now
   }
   if (order.kind != Kind::Velocity) return;
   if (state != S::Teaching && order.command != VelocityCommand{}) request.events.push_back(E::StickMoved);
@@ -50,12 +50,13 @@ void ViewerRequests::apply_order(const ViewerOrder& order, Duration uptime, S st
 
 ViewerRequests::Request ViewerRequests::read(Duration uptime, S state) {
   Request request;
-  // In this order: whoever gave these orders held control then, and if it is lost now, has gone since.
+  // In this order: a viewer whose orders were read held control at that time; if control is lost now, it left
+  // afterwards.
   const std::vector<ViewerOrder> orders = link_.take_orders();
   const ViewerControl control = link_.control();
   notice_control(control, uptime, state);
   for (const ViewerOrder& order : orders) {
-    // What somebody asked for who has gone since moves nothing any more.
+    // Orders of a viewer that has left cause no motion.
     if (control == ViewerControl::Lost && order.kind != ViewerOrder::Kind::Stop) continue;
     apply_order(order, uptime, state, request);
   }
@@ -132,7 +133,7 @@ std::vector<std::string> viewer_commands(S state, bool has_script) {
   if (state != S::Mapping && state != S::Over) commands.emplace_back("go");
   if (state == S::Teaching || state == S::Replaying || state == S::Paused) commands.emplace_back("stop");
   if (state == S::Teaching && has_script) commands.emplace_back("script");
-  // Elsewhere "go" does it, or a drive is on.
+  // In other states "go" has this effect, or a drive is active.
   if (state == S::Ready || state == S::Done || state == S::Stopped) commands.emplace_back("teach");
   if (state != S::Over) commands.emplace_back("quit");
   return commands;

@@ -16,10 +16,10 @@
 
 namespace waymark {
 
-/// What a viewer asks for.
+/// An order of a viewer.
 struct ViewerOrder {
-  /// SetControl, Snapshot and Record are for a camera that is shown without a robot; Words are a sentence for
-  /// whoever runs the program.
+  /// SetControl, Snapshot and Record are for a camera that is shown without a robot; Words is a message for
+  /// the person who runs the program.
   enum class Kind : std::uint8_t {
     Go,
     Stop,
@@ -35,16 +35,16 @@ struct ViewerOrder {
   };
   Kind kind = Kind::Stop;
   VelocityCommand command{};  ///< of Velocity
-  std::string control{};      ///< of SetControl: which, in the words of CameraControl
+  std::string control{};      ///< of SetControl: name of the control, as in CameraControl
   double value = 0;           ///< of SetControl
   GivenPose pose{};           ///< of GivePose
   std::string words{};        ///< of Words
 };
 
-/// Whether a viewer holds control, or held it and went away without giving it back.
+/// Whether a viewer holds control, or left without releasing it.
 enum class ViewerControl : std::uint8_t { Nobody, Held, Lost };
 
-/// What an operator is told of the buttons that viewers have.
+/// Texts for the operator about the buttons of viewers.
 struct ViewerWords {
   std::string alone = "the page has the buttons";
   std::string beside = "the page has the same buttons";
@@ -54,16 +54,16 @@ struct ViewerWords {
   };
 };
 
-/// Where viewers' orders come from.
+/// Source of viewers' orders.
 struct ViewerLink {
-  /// What was asked for since the last call, oldest first.
+  /// Orders since the last call, oldest first.
   std::function<std::vector<ViewerOrder>()> take_orders = [] { return std::vector<ViewerOrder>(); };
   std::function<ViewerControl()> control = [] { return ViewerControl::Nobody; };
   ViewerWords words{};
 };
 
-/// What viewers ask for, turned into events and commands; and what happens when the one in control goes away:
-/// while teaching the robot stands until somebody takes over, a replay pauses.
+/// Converts viewers' orders to events and commands. If the viewer in control leaves, a taught robot stops
+/// until another person takes over, and a replay pauses.
 class ViewerRequests {
  public:
   explicit ViewerRequests(ViewerLink link) : link_(std::move(link)) {}
@@ -71,13 +71,13 @@ class ViewerRequests {
   struct Request {
     std::vector<OperatorEvent> events{};
     std::optional<VelocityCommand> drive{};  ///< a viewer drives with the keys of the page
-    bool script = false;                     ///< a viewer asked for the script
-    bool command_zero = false;               ///< zero, whatever others want
-    std::optional<GivenPose> pose{};         ///< a viewer says where the robot is
-    std::vector<std::string> words{};        ///< for whoever runs the program
+    bool script = false;                     ///< a viewer requested the script
+    bool command_zero = false;               ///< zero, regardless of other inputs
+    std::optional<GivenPose> pose{};         ///< given by a viewer
+    std::vector<std::string> words{};        ///< for the person who runs the program
   };
   [[nodiscard]] Request read(Duration uptime, OperatorState state);
-  /// A person at the robot pressed something, so the robot is watched.
+  /// A person at the robot pressed a button, so the robot is attended.
   void driver_is_present() { command_zero_ = false; }
   [[nodiscard]] const ViewerWords& words() const { return link_.words; }
 
@@ -94,11 +94,10 @@ class ViewerRequests {
   Duration pause_asked_{};
 };
 
-/// Another input, and the page beside it. Without another the page alone decides; a script drives a taught
-/// lap on request, where one knows the way.
+/// The page, alone or in addition to another input. A script drives a taught lap on request, if there is one.
 class ViewerInput final : public OperatorInput {
  public:
-  /// Makes a driver that stands where the lap begins; nullptr where nobody knows the way.
+  /// Creates a driver for the start of the lap; nullptr if there is no script.
   using MakeScript = std::function<std::unique_ptr<LapDriver>()>;
   ViewerInput(ViewerLink link, std::unique_ptr<OperatorInput> other, MakeScript make_script)
       : requests_(std::move(link)),
@@ -124,21 +123,21 @@ class ViewerInput final : public OperatorInput {
   std::unique_ptr<LapDriver> script_;
   bool scripting_ = false;
   bool script_used_ = false;
-  bool truth_received_ = false;  ///< a script follows the truth
+  bool truth_received_ = false;  ///< a script requires the ground truth
 };
 
-/// The viewers of a session that is one state of the operator's: a lap that is taught, a replay. Go pauses a
-/// replay and ends a lap.
+/// Viewers of a session that is one state of the operator's: a taught lap or a replay. Go pauses a replay and
+/// ends a lap.
 class PhaseRequests {
  public:
-  /// `stop_pressed`: the space bar. Without a link nothing comes from viewers.
+  /// `stop_pressed`: the space bar. Without a link there are no viewers.
   PhaseRequests(std::optional<ViewerLink> link, OperatorState phase, std::function<bool()> stop_pressed)
       : phase_(phase), stop_pressed_(std::move(stop_pressed)) {
     if (link) requests_.emplace(std::move(*link));
   }
 
   [[nodiscard]] SessionRequest read(Duration uptime);
-  /// A replay may be paused.
+  /// The phase with the pause of a replay.
   [[nodiscard]] OperatorState phase() const { return phase_; }
 
  private:
@@ -147,7 +146,7 @@ class PhaseRequests {
   std::function<bool()> stop_pressed_;
 };
 
-/// The orders that mean something in this state: "go", "stop", "script", "teach", "quit".
+/// The orders that have an effect in this state: "go", "stop", "script", "teach", "quit".
 [[nodiscard]] std::vector<std::string> viewer_commands(OperatorState state, bool has_script);
 
 }  // namespace waymark

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/golden_page.hpp"
 
 namespace waymark {
 namespace {
@@ -15,7 +18,7 @@ using Kind = ViewerOrder::Kind;
 
 constexpr Duration seconds(double value) { return Duration(static_cast<std::int64_t>(value * 1e9)); }
 
-/// Viewers who are a list and a word.
+/// Viewers simulated by a list of orders and a control state.
 struct FakeViewers {
   void order(const ViewerOrder& order) { orders.push_back(order); }
   void set_control(Control now) { control = now; }
@@ -34,14 +37,14 @@ class Orders : public ::testing::Test {
   ViewerRequests orders_{feed_.link()};
 };
 
-TEST_F(Orders, WhatIsAskedForHappensOnce) {
+TEST_F(Orders, AnOrderTakesEffectOnce) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Go});
   EXPECT_EQ(orders_.read(seconds(1), S::Idle).events, std::vector<E>{E::Go});
   EXPECT_TRUE(orders_.read(seconds(1.05), S::Teaching).events.empty());
 }
 
-TEST_F(Orders, ASpeedHoldsForHalfASecond) {
+TEST_F(Orders, AVelocityHoldsForHalfASecond) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
   EXPECT_EQ(orders_.read(seconds(1), S::Teaching).drive, (VelocityCommand{0.3, 0}));
@@ -49,7 +52,7 @@ TEST_F(Orders, ASpeedHoldsForHalfASecond) {
   EXPECT_FALSE(orders_.read(seconds(1.51), S::Teaching).drive);
 }
 
-TEST_F(Orders, TheScriptTakesOverFromAKeyThatWasJustLetGo) {
+TEST_F(Orders, TheScriptTakesOverFromAReleasedKey) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
   feed_.order({.kind = Kind::Velocity});
@@ -59,18 +62,18 @@ TEST_F(Orders, TheScriptTakesOverFromAKeyThatWasJustLetGo) {
   EXPECT_TRUE(act.script);
   EXPECT_FALSE(act.drive);
   feed_.order({.kind = Kind::Velocity, .command = {0.1, 0}});
-  EXPECT_TRUE(orders_.read(seconds(1.2), S::Teaching).drive);  // and a key from it
+  EXPECT_TRUE(orders_.read(seconds(1.2), S::Teaching).drive);  // a key takes over from the script
 }
 
-TEST_F(Orders, KeysStopAReplayAsSticksDo) {
+TEST_F(Orders, KeysStopAReplayLikeSticks) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
   EXPECT_EQ(orders_.read(seconds(1), S::Replaying).events, std::vector<E>{E::StickMoved});
-  feed_.order({.kind = Kind::Velocity});  // a key that was let go
+  feed_.order({.kind = Kind::Velocity});  // a released key
   EXPECT_TRUE(orders_.read(seconds(2), S::Replaying).events.empty());
 }
 
-TEST_F(Orders, WhileTeachingTheRobotStandsUntilSomebodyIsThereAgain) {
+TEST_F(Orders, TheRobotStopsWhileTeachingUntilAPersonIsPresent) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
   EXPECT_FALSE(orders_.read(seconds(1), S::Teaching).command_zero);
@@ -89,8 +92,8 @@ TEST_F(Orders, WhileTeachingTheRobotStandsUntilSomebodyIsThereAgain) {
   EXPECT_FALSE(orders_.read(seconds(7), S::Teaching).command_zero);
 }
 
-/// Whatever was pressed just before: the session takes two presses within 0.3 s for one.
-TEST_F(Orders, AReplayPausesWhenItsViewerGoes) {
+/// A previous press does not matter, although the session ignores a second press within 0.3 s.
+TEST_F(Orders, AReplayPausesWhenItsViewerLeaves) {
   for (const double since_press : {0.05, 0.25, 0.5, 3.0}) {
     FakeViewers feed;
     ViewerRequests orders(feed.link());
@@ -109,7 +112,7 @@ TEST_F(Orders, AReplayPausesWhenItsViewerGoes) {
         (void)session.handle(event, seconds(t));
     }
     EXPECT_EQ(session.state(), S::Paused) << since_press;
-    feed.set_control(Control::Held);  // and goes on when somebody says so
+    feed.set_control(Control::Held);  // and resumes on request
     feed.order({.kind = Kind::Go});
     for (const E event : orders.read(seconds(t), session.state()).events)
       (void)session.handle(event, seconds(t));
@@ -117,7 +120,7 @@ TEST_F(Orders, AReplayPausesWhenItsViewerGoes) {
   }
 }
 
-TEST_F(Orders, WhoIsGoneStartsNothingButMayStop) {
+TEST_F(Orders, OrdersOfALostViewerOnlyStop) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Go});
   feed_.order({.kind = Kind::Stop});
@@ -125,7 +128,7 @@ TEST_F(Orders, WhoIsGoneStartsNothingButMayStop) {
   EXPECT_EQ(orders_.read(seconds(1), S::Ready).events, std::vector<E>{E::Stop});
 }
 
-TEST_F(Orders, AGivenBackControlChangesNothing) {
+TEST_F(Orders, ReleasingControlHasNoEffect) {
   feed_.set_control(Control::Held);
   (void)orders_.read(seconds(1), S::Replaying);
   feed_.set_control(Control::Nobody);
@@ -136,7 +139,7 @@ TEST_F(Orders, AGivenBackControlChangesNothing) {
   }
 }
 
-/// Drives three decisions.
+/// Drives for three decisions.
 class ShortScript final : public LapDriver {
  public:
   Result<DriverDecision> drive(Duration /*uptime*/, SensorTime /*now*/) override {
@@ -147,7 +150,7 @@ class ShortScript final : public LapDriver {
   int decisions_ = 0;
 };
 
-/// A person who holds a stick, or presses.
+/// A person with a stick and buttons.
 class FakeInput final : public OperatorInput {
  public:
   Result<OperatorRequest> read(Duration /*uptime*/, SensorTime /*now*/, S /*state*/) override {
@@ -159,30 +162,31 @@ class FakeInput final : public OperatorInput {
   bool broken = false;
 };
 
-TEST(ViewerInput, AScriptDrivesALapOnRequestAndAnotherLapAgain) {
+TEST(ViewerInput, AScriptDrivesALapOnEachRequest) {
   FakeViewers viewers;
   int made = 0;
   ViewerInput input(viewers.link(), nullptr, [&] {
     ++made;
     return std::make_unique<ShortScript>();
   });
-  EXPECT_FALSE(input.has_script()) << "nobody sends the truth";
+  EXPECT_FALSE(input.has_script()) << "no ground truth received";
   input.receive(TruthPose{});
   EXPECT_TRUE(input.has_script());
   viewers.order({.kind = Kind::Script});
-  EXPECT_EQ(input.read(seconds(1), {}, S::Idle)->command, VelocityCommand{}) << "it drives while teaching";
+  EXPECT_EQ(input.read(seconds(1), {}, S::Idle)->command, VelocityCommand{})
+      << "it drives only while teaching";
   for (int lap = 0; lap < 2; ++lap) {
     viewers.order({.kind = Kind::Script});
     EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command.speed_m_s, 0.25);
-    EXPECT_FALSE(input.has_script()) << "it drives already";
+    EXPECT_FALSE(input.has_script()) << "it is already driving";
     EXPECT_TRUE(input.read(seconds(2), {}, S::Teaching)->events.empty());
-    EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->events, std::vector<E>{E::Go}) << "the lap is over";
+    EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->events, std::vector<E>{E::Go}) << "ends the lap";
     (void)input.read(seconds(3), {}, S::Mapping);
   }
-  EXPECT_EQ(made, 3) << "one that waits, and one more after each lap";
+  EXPECT_EQ(made, 3) << "one at the start, and one after each lap";
 }
 
-TEST(ViewerInput, KeysOfThePageTakeOverFromAScriptAndFromSticks) {
+TEST(ViewerInput, KeysOfThePageOverrideScriptAndSticks) {
   FakeViewers viewers;
   auto other = std::make_unique<FakeInput>();
   FakeInput& sticks = *other;
@@ -192,12 +196,12 @@ TEST(ViewerInput, KeysOfThePageTakeOverFromAScriptAndFromSticks) {
   EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command.speed_m_s, 0.1);
   viewers.order({.kind = Kind::Velocity, .command = {-0.2, 0}});
   EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command.speed_m_s, -0.2);
-  EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command.speed_m_s, 0.1) << "it was let go";
+  EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command.speed_m_s, 0.1) << "the key was released";
   sticks.broken = true;
   EXPECT_FALSE(input.read(seconds(3), {}, S::Teaching));
 }
 
-TEST(ViewerInput, WhoIsAtTheRobotTakesOverFromALostViewer) {
+TEST(ViewerInput, APersonAtTheRobotTakesOverFromALostViewer) {
   FakeViewers viewers;
   auto other = std::make_unique<FakeInput>();
   FakeInput& sticks = *other;
@@ -206,24 +210,25 @@ TEST(ViewerInput, WhoIsAtTheRobotTakesOverFromALostViewer) {
   (void)input.read(seconds(1), {}, S::Teaching);
   viewers.set_control(Control::Lost);
   sticks.request.command = {0.1, 0};
-  EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command, VelocityCommand{}) << "at once";
+  EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command, VelocityCommand{}) << "not in the same step";
   EXPECT_EQ(input.read(seconds(2.05), {}, S::Teaching)->command.speed_m_s, 0.1);
 }
 
-TEST(ViewerInput, NamesItsButtons) {
+TEST(ViewerInput, DescribesItsButtons) {
   FakeViewers viewers;
   const auto none = [] { return std::unique_ptr<LapDriver>(); };
   const ViewerInput alone(viewers.link(), nullptr, none);
   EXPECT_TRUE(alone.page_drives());
-  EXPECT_EQ(alone.usage(), "the page has the buttons");
+  testing::expect_on_page("session", alone.usage());
   EXPECT_EQ(alone.buttons(S::Idle).go, "'go'");
   const ViewerInput beside(viewers.link(), std::make_unique<FakeInput>(), none);
   EXPECT_FALSE(beside.page_drives());
-  EXPECT_EQ(beside.usage(), "sticks; the page has the same buttons");
+  EXPECT_TRUE(beside.usage().starts_with("sticks; "));
+  testing::expect_on_page("session", beside.usage());
   EXPECT_EQ(beside.buttons(S::Idle).go, OperatorButtons{}.go);
 }
 
-TEST(ViewerCommands, AreThoseThatMeanSomething) {
+TEST(ViewerCommands, AreThoseWithAnEffect) {
   const auto offers = [](S state, const char* command, bool script = false) {
     const auto commands = viewer_commands(state, script);
     return std::ranges::find(commands, command) != commands.end();
@@ -233,7 +238,7 @@ TEST(ViewerCommands, AreThoseThatMeanSomething) {
   EXPECT_FALSE(offers(S::Mapping, "go"));
   EXPECT_TRUE(offers(S::Replaying, "stop"));
   EXPECT_TRUE(offers(S::Paused, "stop"));
-  EXPECT_FALSE(offers(S::Teaching, "script"));  // nobody knows the way
+  EXPECT_FALSE(offers(S::Teaching, "script"));  // no script available
   EXPECT_TRUE(offers(S::Teaching, "script", true));
   EXPECT_FALSE(offers(S::Replaying, "script", true));
   EXPECT_FALSE(offers(S::Over, "quit"));
@@ -254,7 +259,7 @@ TEST(PhaseRequests, GoEndsALapAndPausesAReplay) {
   viewers.order({.kind = Kind::Go});
   EXPECT_EQ(replay.read(seconds(1)).pause, true);
   EXPECT_EQ(replay.phase(), S::Paused);
-  EXPECT_FALSE(replay.read(seconds(2)).pause) << "nothing changed";
+  EXPECT_FALSE(replay.read(seconds(2)).pause) << "no change";
   viewers.order({.kind = Kind::Go});
   EXPECT_EQ(replay.read(seconds(3)).pause, false);
   EXPECT_EQ(replay.phase(), S::Replaying);
@@ -266,20 +271,20 @@ TEST(PhaseRequests, GoEndsALapAndPausesAReplay) {
   }
 }
 
-TEST(PhaseRequests, TheSpaceBarEndsItWithAndWithoutViewers) {
+TEST(PhaseRequests, TheSpaceBarEndsThePhase) {
   bool pressed = false;
   PhaseRequests alone(std::nullopt, S::Replaying, [&] { return pressed; });
   EXPECT_FALSE(alone.read(seconds(1)).end);
   pressed = true;
   const SessionRequest request = alone.read(seconds(2));
   EXPECT_TRUE(request.end);
-  EXPECT_EQ(request.reason, "stopped with the space bar");
+  testing::expect_on_page("session", request.reason);
   FakeViewers viewers;
   PhaseRequests watched(viewers.link(), S::Teaching, [&] { return pressed; });
   EXPECT_TRUE(watched.read(seconds(1)).end);
 }
 
-TEST(PhaseRequests, ALostViewerLeavesTheRobotStandingOrPaused) {
+TEST(PhaseRequests, ALostViewerStopsTheRobotOrPausesTheReplay) {
   FakeViewers viewers;
   viewers.set_control(Control::Held);
   PhaseRequests lap(viewers.link(), S::Teaching, [] { return false; });
@@ -292,7 +297,7 @@ TEST(PhaseRequests, ALostViewerLeavesTheRobotStandingOrPaused) {
   EXPECT_FALSE(replay.read(seconds(3)).pause);
 }
 
-TEST(PhaseRequests, AGivenPosePausesAReplayAndWordsArePassedOn) {
+TEST(PhaseRequests, AGivenPoseIsPassedOnWithMessages) {
   std::vector<ViewerOrder> orders;
   PhaseRequests replay(ViewerLink{.take_orders = [&] { return std::exchange(orders, {}); }},
                        OperatorState::Replaying, [] { return false; });
@@ -308,7 +313,7 @@ TEST(PhaseRequests, AGivenPosePausesAReplayAndWordsArePassedOn) {
   orders.push_back({.kind = ViewerOrder::Kind::GivePose, .pose = {}});
   request = replay.read(std::chrono::seconds(2));
   EXPECT_TRUE(request.pose);
-  EXPECT_FALSE(request.pause) << "it stands already, and does not go on by this";
+  EXPECT_FALSE(request.pause) << "already paused, and not resumed by the pose";
   request = replay.read(std::chrono::seconds(3));
   EXPECT_FALSE(request.pose || request.pause || !request.words.empty());
 }
