@@ -17,9 +17,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROBOT = '''
 import json, math, os, select, sys, time
 stubborn, log = "--stubborn" in sys.argv, open("orders.log", "a")
-def say(kind, **values):
+def send(kind, **values):
     os.write(1, (json.dumps({"type": kind, "stamp_s": time.monotonic(), **values}) + "\\n").encode())
-say("hello", protocol_version=1, name="two wheels", sends=["odometry", "wheels"])
+send("hello", protocol_version=1, name="two wheels", sends=["odometry", "wheels"])
 x = y = yaw = speed = turn = left = right = 0.0
 then = time.monotonic()
 buffer, asked, over = b"", (0.0, 0.0), False
@@ -39,14 +39,14 @@ while not over:
     speed, turn = speed + 0.2 * (asked[0] - speed), turn + 0.2 * (asked[1] - turn)
     x, y, yaw = x + dt * speed * math.cos(yaw), y + dt * speed * math.sin(yaw), yaw + dt * turn
     left, right = left + dt * (speed - 0.086 * turn) / 0.045, right + dt * (speed + 0.086 * turn) / 0.045
-    say("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
-    say("wheels", left_rad=left, right_rad=right)
+    send("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
+    send("wheels", left_rad=left, right_rad=right)
     if over and stubborn:
         over = False
         signalled = time.monotonic()
         while time.monotonic() - signalled < 1.6:  # keeps driving until it is killed
             time.sleep(0.02)
-            say("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
+            send("odometry", x_m=x, y_m=y, yaw_rad=yaw, speed_m_s=speed, yaw_rate_rad_s=turn)
         break
 '''
 

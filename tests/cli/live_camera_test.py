@@ -202,11 +202,11 @@ class LiveCamera(InFolder):
 
 class BesideARobot(InFolder):
     ROBOT = """import json, sys, time
-def say(**line): print(json.dumps(line), flush=True)
-say(type="hello", protocol_version=1, name="blind")
+def send(**line): print(json.dumps(line), flush=True)
+send(type="hello", protocol_version=1, name="blind")
 for i in range(10**6):
-    say(type="odometry", stamp_s=1000 + 0.02 * i, x_m=0, y_m=0, yaw_rad=0, speed_m_s=0, yaw_rate_rad_s=0)
-    say(type="tag_poses", stamp_s=1000 + 0.02 * i, tags=[{"tag": "tag36h11:3", "position_m": [0, 0, 1], "rotation_xyzw": [0, 0, 0, 1]}])
+    send(type="odometry", stamp_s=1000 + 0.02 * i, x_m=0, y_m=0, yaw_rad=0, speed_m_s=0, yaw_rate_rad_s=0)
+    send(type="tag_poses", stamp_s=1000 + 0.02 * i, tags=[{"tag": "tag36h11:3", "position_m": [0, 0, 1], "rotation_xyzw": [0, 0, 0, 1]}])
     time.sleep(0.02)
 """
 

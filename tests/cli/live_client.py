@@ -50,7 +50,7 @@ class Client:
         with self.lock:
             self.socket.sendall(bytes([0x80 | opcode]) + size + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(payload)))
 
-    def say(self, **message):
+    def send(self, **message):
         self.send_frame(1, json.dumps(message).encode())
 
     def _take(self, count):

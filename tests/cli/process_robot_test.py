@@ -85,9 +85,9 @@ class Loop(InFolder):
         for name in ("a", "b"):
             process = subprocess.Popen([PROGRAM, "robot-sim", "--world", "circuit24", "--lockstep"], stdin=subprocess.PIPE,
                                        stdout=subprocess.PIPE, text=True)
-            said = []
+            lines = []
             for line in process.stdout:
-                said.append(line)
+                lines.append(line)
                 message = json.loads(line)
                 if message["type"] == "step":
                     if message["step"] == 40:
@@ -101,9 +101,9 @@ class Loop(InFolder):
             self.assertEqual(process.wait(20), 0)
             process.stdout.close()
             if name == "a":
-                first = said
-        self.assertEqual(first, said)
-        truth = [json.loads(line) for line in said if '"type":"truth"' in line]
+                first = lines
+        self.assertEqual(first, lines)
+        truth = [json.loads(line) for line in lines if '"type":"truth"' in line]
         self.assertGreater(abs(truth[-1]["y_m"] - truth[0]["y_m"]), 0.3, "it drove")
 
     def test_ctrl_c_in_the_middle_of_pictures(self):
