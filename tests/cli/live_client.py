@@ -100,7 +100,7 @@ class Client:
     def subscribe(self, topic, subscription):
         while topic not in self.channels:
             self.next()
-        self.say(op="subscribe", subscriptions=[{"id": subscription, "channelId": self.channels[topic]}])
+        self.send(op="subscribe", subscriptions=[{"id": subscription, "channelId": self.channels[topic]}])
 
     def watch_state(self):
         """Subscribes to the state; wait_for_phase() works from then on."""
@@ -113,7 +113,7 @@ class Client:
 
         def talk():
             while not over.wait(0.3):
-                self.say(op="alive")
+                self.send(op="alive")
 
         thread = threading.Thread(target=talk)
         thread.start()

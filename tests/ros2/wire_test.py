@@ -102,14 +102,14 @@ class Robot(Wire):
         names = ("robot", "clock", "peers", "qos")
         alone = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual([alone[name]["level"] for name in ("robot", "peers")], ["fail", "fail"], alone)
-        self.assertEqual(alone["processor"]["words"], "not tried: the robot finds its tags itself")
+        self.assertEqual(alone["processor"]["level"], "ok")
         sim = self.start(PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2", stdout=subprocess.DEVNULL)
         first = self.start(PROGRAM, "ros2", "robot", "limo-sim-tags", stdin=subprocess.PIPE)
         first.stdout.readline()
         wire_driver.drain(first)
         checks = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual(checks["commands"]["level"], "warn", checks)
-        self.assertIn("another program publishes on /cmd_vel as well, and sent nothing", checks["commands"]["words"])
+        self.assertIn("/cmd_vel", checks["commands"]["words"])
         wire_driver.say_hello(first)
         checks = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual([checks[name]["level"] for name in (*names, "commands")], ["ok"] * 4 + ["fail"], checks)
@@ -145,7 +145,7 @@ class Robot(Wire):
         checks = wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)
         self.assertEqual(checks["topics"]["words"], "nobody publishes /wrong: is its name in the profile right?")
         commands = checks["commands"]
-        self.assertEqual((commands["level"], commands["words"]), ("fail", "nobody subscribes to /cmd_velocity: it would not move"))
+        self.assertEqual((commands["level"], "/cmd_velocity" in commands["words"]), ("fail", True), commands)
         robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
         expected = ("nobody subscribes to /cmd_velocity", "nobody publishes /wrong")
         lines = lines_of(robot, lambda all: sum("nobody" in line.get("text", "") for line in all) >= len(expected))
@@ -220,7 +220,7 @@ class Simulated(Wire):
         time.sleep(0.5)  # its input has ended long before the robot is heard
         self.assertIsNone(late.poll())
         robot = self.simulated(1, stderr=subprocess.PIPE)
-        self.assertIn("publishes /odom and the sensors of mbot on ROS 2", robot.stderr.readline())
+        self.assertRegex(robot.stderr.readline(), "/odom .*mbot")
         mounted = self.run_program("ros2", "topic", "echo", "/tf_static", "--count", 1)
         self.assertIn("child_frame_id: 'camera_color_optical_frame'", mounted.stdout)
         self.assertIn("child_frame_id: 'laser'", mounted.stdout, "its /scan has this frame")
@@ -230,7 +230,7 @@ class Simulated(Wire):
 
         code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2"], self.environment)
         self.assertEqual(code, 1, words)
-        self.assertIn("/odom: another program publishes this topic already; nodes there: waymark", words)
+        self.assertRegex(words, "/odom: .* waymark")
 
         first = self.start(*drive, stdin=subprocess.PIPE)
         wire_driver.greet(first)
