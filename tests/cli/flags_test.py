@@ -287,7 +287,7 @@ class Flags(InFolder):
             file = self.folder / "options.yaml"
             file.write_text("\n".join(lines) + "\n")
             outcome = run(verb, "--config", file)
-            self.assertEqual(outcome.code, 2, f"{verb} {key}")
+            self.assertEqual(outcome.code, 1, f"{verb} {key}")
             self.assertIn(f"options.yaml:{len(lines)} ({key}): ", outcome.err, verb)
         print(f"{count} options of {len(NEEDS)} verbs")
         self.assertGreater(count, 400 if FULL else 200)
@@ -300,7 +300,7 @@ class Flags(InFolder):
             self.assertIn(f"'{section}'?", outcome.err)
             (self.folder / "options.yaml").write_text(f"# mine\n{section}x:\n  key: 1\n")
             outcome = run(verb, "--config", self.folder / "options.yaml")
-            self.assertEqual(outcome.code, 2, verb)
+            self.assertEqual(outcome.code, 1, verb)
             self.assertIn(f"options.yaml:2 ({section}x): unknown key '{section}x'. Did you mean '{section}'?", outcome.err)
 
     def fill(self):

@@ -117,7 +117,7 @@ class Replay(WithMap):
         self.assertTrue((self.folder / "map/route-fast.2.yaml").exists())
         (self.folder / "weights.yaml").write_text("corridor: 0.1\n")
         wrong = self.run_here("optimize", "map", "--weights", "weights.yaml")
-        self.assertEqual(wrong.code, 2)
+        self.assertEqual(wrong.code, 1)
         self.assertIn("'corridor_m'?", wrong.err)
 
     def test_without_ground_truth_no_errors_are_reported(self):
@@ -153,7 +153,7 @@ class Replay(WithMap):
         self.assertIn("(--laps): ", laps.err)
         (self.folder / "empty").mkdir()
         for where, part in (("nowhere", "nowhere: "),
-                            ("lap.mcap", "waymark map lap.mcap -o map"),
+                            ("lap.mcap", "`waymark map lap.mcap`"),
                             ("empty", "waymark map lap.mcap -o empty"),
                             (".", "./map?")):
             outcome = self.run_here("replay", where, "--world", "circuit24")

@@ -63,7 +63,7 @@ class Simulation(InFolder):
         self.assertAlmostEqual(whole["frames"] - lap["frames"], 15, delta=1)
         (self.folder / "f.yaml").write_text("faults:\n  - {fault: tag_removd, id: 2}\n")
         outcome = self.teach("wrong.mcap", "--faults", "f.yaml")
-        self.assertEqual(outcome.code, 2)
+        self.assertEqual(outcome.code, 1)
         self.assertIn("f.yaml:2 (faults[0].fault): ", outcome.err)
         self.assertIn("'tag_removed'?", outcome.err)
         golden_page.expect(self, "config", outcome.err)

@@ -81,7 +81,7 @@ class Teach(InFolder):
         golden_page.expect(self, "teach", outcome.out + outcome.err)
         (self.folder / "bad.yaml").write_text(yaml.replace("x_m: 4", "x_n: 4"))
         outcome = self.run_here("teach", "--world", "bad.yaml", "-o", "bad.mcap")
-        self.assertEqual(outcome.code, 2)
+        self.assertEqual(outcome.code, 1)
         self.assertIn("bad.yaml:6 (tags[0].x_n): ", outcome.err)
 
     def test_a_name_without_an_extension_gets_one(self):

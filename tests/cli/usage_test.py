@@ -112,7 +112,7 @@ class Usage(InFolder):
 
     def test_a_verb_after_flags_and_a_file_of_its_name(self):
         recording = made(*LAP_OF_SQUARE) / "lap.mcap"
-        self.check(["map", "-o", "m", "convert", recording], "OUTPUT")
+        self.check(["map", "-o", "m", "convert", recording], "'-o' of `waymark map convert`")
         self.check(["map", "-o", "m", "lapp", recording], "'lapp'", "`waymark map lap`?")
         self.check(["map", recording, "--tagslam", "-o", "m"], "--tagslam", "(FOLDER)")
         self.check(["localize", "--start", "1", "2", "--map", "m", "x.mcap"], "--start", " 3 ")
@@ -132,7 +132,7 @@ class Usage(InFolder):
             self.assertEqual((outcome.code, outcome.err), (0, ""), words)
             self.assertIn(f"Usage: waymark calibrate {chosen} ", outcome.out, words)
         self.check(["calibrate"], "camera, guided, robot.")
-        self.check(["calibrate", recording, "--rows", "3"])
+        self.check(["calibrate", recording, "--rows", "3"], "--cols")
 
     def test_an_empty_name_is_reported_with_its_flag(self):
         self.check(["teach", "--world", "", "-o", "x"], "--world", "(NAME)")

@@ -14,8 +14,8 @@ BEFORE = ["apt-get update", "apt-get install -y --no-install-recommends git ca-c
 
 
 def readme_commands(text):
-    """The commands of the first block below "Two commands"."""
-    return re.search(r"^## Two commands\n.*?^```sh\n(.*?)^```", text, re.M | re.S).group(1).split("\n")[:-1]
+    """The commands of the first block below "Try it"."""
+    return re.search(r"^## Try it\n.*?^```sh\n(.*?)^```", text, re.M | re.S).group(1).split("\n")[:-1]
 
 
 def wrong(text, readme):
@@ -38,7 +38,7 @@ class Ci(unittest.TestCase):
         self.assertNotEqual(wrong(self.text, self.readme.replace("./demo.sh\n./test.sh", "./demo.sh")), [])
 
     def test_its_system_is_that_of_the_readme(self):
-        name, version = re.search(r"## Two commands\nOn (\w+) (\d+)", self.readme).groups()
+        name, version = re.search(r"## Try it\nOn (\w+) (\d+)", self.readme).groups()
         for job in workflow.jobs(self.text).values():
             self.assertEqual(job["container"], f"{name.lower()}:{version}")
             self.assertIn("timeout-minutes", job)

@@ -185,7 +185,7 @@ Result<FileFormat> format_of(std::string_view path) {
   return fail(ErrorCode::InvalidArgument,
               suffix.starts_with('.') ? fmt::format("cannot write files of kind '{}'", suffix.substr(0, 20))
                                       : std::string("the file name does not say its kind"),
-              {.source = std::string(path)}, "Let it end in .pdf, .svg or .png.");
+              {.key = std::string(path)}, "Let it end in .pdf, .svg or .png.");
 }
 
 Result<Bytes> render_pdf(std::span<const Drawing> pages) {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "waymark/app/cli/verb.hpp"
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/live/cameras.hpp"
-#include "waymark/recording/message_log.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 bool is_drive(const std::string& word) {
   const std::string suffix = std::filesystem::path(word).extension().string();
   std::error_code ignored;
-  return looks_like_recording(word) || suffix == ".mcap" || suffix == ".bag" || suffix == ".db3" ||
+  return is_recording(kind_of(word)) || suffix == ".mcap" || suffix == ".bag" || suffix == ".db3" ||
          suffix == ".csv" || std::filesystem::exists(std::filesystem::path(word) / "metadata.yaml", ignored);
 }
 

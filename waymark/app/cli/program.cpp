@@ -121,7 +121,8 @@ std::vector<std::size_t> input_places(const std::vector<std::string>& words, con
 
 /// The index of the first word after `verb` that is neither a flag nor a value of one, if there is any.
 std::optional<std::size_t> first_input(const Verb& verb, const std::vector<std::string>& words) {
-  if (!words.empty() && !words.front().starts_with('-')) return 0;  // spares building the table of flags
+  if (words.empty()) return std::nullopt;
+  if (!words.front().starts_with('-')) return 0;  // spares building the table of flags
   FlagTable flags;
   add_flags(verb, flags);
   const std::vector<std::size_t> places = input_places(words, flags);
@@ -259,6 +260,15 @@ std::string short_number(const std::string& number) {
   return shorter.ends_with('.') ? shorter.substr(0, shorter.size() - 1) : shorter;
 }
 
+/// Of values between commas the first that is not a number; of one value all of it.
+std::string first_not_number(const std::string& values) {
+  for (const std::string& value : CLI::detail::split(values, ',')) {
+    double number = 0;
+    if (!CLI::detail::lexical_cast(value, number)) return value;
+  }
+  return values;
+}
+
 /// "(--seed): 'abc' is not a number from 0 to 9" for the parser's "--seed: Value abc not in range 0 to 9",
 /// and
 /// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e", and
@@ -272,7 +282,7 @@ std::string plain_words(const std::string& words) {
     return fmt::format("({}): '{}' is not a number from {} to {}", match[1].str(), match[2].str(),
                        short_number(match[3].str()), short_number(match[4].str()));
   if (std::regex_match(words, match, kConversion))
-    return fmt::format("({}): '{}' is not a number", match[1].str(), match[2].str());
+    return fmt::format("({}): '{}' is not a number", match[1].str(), first_not_number(match[2].str()));
   if (std::regex_match(words, match, kRepeated))
     return fmt::format("({}): given more than once", match[1].str());
   return words;

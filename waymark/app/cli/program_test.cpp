@@ -227,6 +227,7 @@ TEST(Program, AFlagWithoutItsValueIsNamed) {
 TEST(Program, AFlagWithAFixedNumberOfValuesTakesNoMore) {
   EXPECT_EQ(run({"place", "--start", "1", "-2", "3", "lap.mcap", "b"}).out, "1 -2 3: lap.mcap b\n");
   EXPECT_EQ(run({"place", "lap.mcap", "--start", "1", "-2", "3"}).out, "1 -2 3: lap.mcap\n");
+  expect_usage({"place", "--start", "1", "2", "lap.mcap"}, {"(--start): 'lap.mcap'"});
   expect_usage({"place", "lap.mcap", "--start", "1", "2"},
                {"prog place: --start", " 3 ", "(NUMBER)", "`prog place --help`"});
   expect_usage({"place", "--start", "1", "2", "3", "--start", "1", "2", "3"}, {"(--start): "});

@@ -52,8 +52,9 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
 }
 
-SceneFlags::SceneFlags(Settings& settings, Reach reach)
+SceneFlags::SceneFlags(Settings& settings, Reach reach, bool has_flag)
     : settings_(settings),
+      has_flag_(has_flag),
       camera_(settings, "camera", "Camera with --images", reach),
       scene_(settings, "scene", "Scene with --images", reach) {}
 
@@ -66,7 +67,8 @@ Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& pic
     return status;
   }
   const char* why = "options of camera and scene have no effect without images";
-  const char* hint = "Omit them, or add --images if the verb has that flag.";
+  const char* hint = has_flag_ ? "Add --images, or omit the options of camera and scene."
+                               : "Omit the options of camera and scene.";
   Status status = refuse(camera_, why, hint);
   return status ? refuse(scene_, why, hint) : status;
 }
@@ -82,7 +84,9 @@ std::vector<std::string> SceneFlags::as_words(const SetupFlags& setup, bool imag
 }
 
 PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects, Pictures pictures)
-    : app_(settings.app()), scene_(settings, pictures == Pictures::Never ? Reach::SettingsOnly : reach) {
+    : app_(settings.app()),
+      scene_(settings, pictures == Pictures::Never ? Reach::SettingsOnly : reach,
+             pictures != Pictures::Never) {
   CLI::App& app = settings.app();
   request_.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   request_.images = pictures == Pictures::Always;

@@ -64,7 +64,8 @@ class SetupFlags {
 /// parsed.
 class SceneFlags {
  public:
-  SceneFlags(Settings& settings, Reach reach);
+  /// `has_flag`: whether the verb has --images.
+  SceneFlags(Settings& settings, Reach reach, bool has_flag = true);
 
   /// Sets the options if there are images. Without images, fails on an option on the command line.
   [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& pictures) const;
@@ -75,6 +76,7 @@ class SceneFlags {
 
  private:
   const Settings& settings_;
+  bool has_flag_;
   OptionFlags<SceneCameraOptions> camera_;
   OptionFlags<SceneOptions> scene_;
 };

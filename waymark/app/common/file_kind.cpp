@@ -273,12 +273,12 @@ constexpr std::string_view kConvertMap = "`waymark map convert {0} map.yaml` mak
 constexpr std::array kFileKinds = {
     KindRow{FileKind::MapFolder, "the folder of a map", is::map_folder, kOfMap,
             "`waymark replay {0}` drives its route, `waymark view {0}` shows it."},
-    KindRow{FileKind::TagslamFolder, "a folder of TagSLAM", is::tagslam_folder, 0,
+    KindRow{FileKind::TagslamFolder, "a folder of TagSLAM", is::tagslam_folder, uses_of(Use::TagslamFolder),
             "`waymark map scene RECORDING tagslam={0}` maps a recording with it."},
     KindRow{FileKind::BagFolder, "a folder of recordings", is::bag_folder,
             kOfLog | uses_of(Use::OwnMap, Use::Map), kMapLog},  // perhaps with a map in a folder of it
 
-    KindRow{FileKind::Mcap, "an MCAP recording", is::log<LogFormat::Mcap>, kOfLog | uses_of(Use::Page),
+    KindRow{FileKind::Mcap, "a recording (MCAP)", is::log<LogFormat::Mcap>, kOfLog | uses_of(Use::Page),
             kMapLog},
     KindRow{FileKind::Rosbag2, "a recording (rosbag2)", is::log<LogFormat::Rosbag2>, kOfLog, kMapLog},
     KindRow{FileKind::Ros1Bag, "a recording (ROS 1 bag)", is::log<LogFormat::Ros1Bag>, kOfLog, kMapLog},
@@ -334,7 +334,8 @@ constexpr std::array kFileKinds = {
             kOfOthersMap | uses_of(Use::Reference, Use::Line), "`waymark localize` takes it as `map`."},
     KindRow{FileKind::Path, "a path (table of x and y)", is::path, uses_of(Use::Reference, Use::Line),
             "`waymark world new path={0}` makes a world along it, `waymark evaluate` takes it as REF."},
-    KindRow{FileKind::Table, "a table", is::table, kOfTable | kOfOthersMap | uses_of(Use::TrueCorners)},
+    KindRow{FileKind::Table, "a table", is::table, kOfTable | kOfOthersMap | uses_of(Use::TrueCorners),
+            "docs/formats/importing.md lists the columns that are read."},
 
     KindRow{FileKind::Map, "a map", is::named_map, kOfMap},
 };
@@ -384,6 +385,8 @@ constexpr std::string_view wanted_name(FileUse use) {
       return "a table of true corners";
     case Use::Page:
       return "a recording, a map, a route or a world";
+    case Use::TagslamFolder:
+      return "a folder of TagSLAM";
   }
   return {};
 }

@@ -57,25 +57,26 @@ enum class FileKind : std::uint8_t {
 
 /// What a file is wanted for, and with which reader.
 enum class FileUse : std::uint8_t {
-  Recording,    ///< open_log()
-  Video,        ///< VideoReader, or open_log() for the pictures of a recording
-  Image,        ///< read_image()
-  Estimate,     ///< read_estimate()
-  Reference,    ///< read_reference()
-  Line,         ///< read_line()
-  MapFolder,    ///< its map.yaml, route.yaml, …
-  OwnMap,       ///< read_map()
-  Map,          ///< read_landmarks()
-  AnyMap,       ///< read_any_map(), read_map_transforms()
-  Camera,       ///< read_camera()
-  Calibration,  ///< read_calibration()
-  Robot,        ///< read_robot()
-  World,        ///< read_world()
-  SdfWorld,     ///< read_sdf()
-  Faults,       ///< read_faults()
-  Detections,   ///< parse_reports()
-  TrueCorners,  ///< parse_truth()
-  Page,         ///< what `waymark view` shows
+  Recording,      ///< open_log()
+  Video,          ///< VideoReader, or open_log() for the pictures of a recording
+  Image,          ///< read_image()
+  Estimate,       ///< read_estimate()
+  Reference,      ///< read_reference()
+  Line,           ///< read_line()
+  MapFolder,      ///< its map.yaml, route.yaml, …
+  OwnMap,         ///< read_map()
+  Map,            ///< read_landmarks()
+  AnyMap,         ///< read_any_map(), read_map_transforms()
+  Camera,         ///< read_camera()
+  Calibration,    ///< read_calibration()
+  Robot,          ///< read_robot()
+  World,          ///< read_world()
+  SdfWorld,       ///< read_sdf()
+  Faults,         ///< read_faults()
+  Detections,     ///< parse_reports()
+  TrueCorners,    ///< parse_truth()
+  Page,           ///< what `waymark view` shows
+  TagslamFolder,  ///< read_tagslam_folder()
 };
 
 /// The kind of a file or folder, by at most the first 64 KiB of its content. Videos and map.yaml are also
@@ -90,7 +91,7 @@ enum class FileUse : std::uint8_t {
 /// Whether it is a table with a header.
 [[nodiscard]] bool is_table_kind(FileKind kind);
 
-/// What `path` is and which verb takes it, such as "lap.mcap: this is an MCAP recording, not a map of the
+/// What `path` is and which verb takes it, such as "lap.mcap: this is a recording (MCAP), not a map of the
 /// tags. `waymark map lap.mcap` makes a map of it." Nothing if its kind is unknown or is used so.
 [[nodiscard]] std::optional<Error> wrong_kind(const std::filesystem::path& path, FileUse wanted);
 

@@ -104,7 +104,8 @@ TEST_F(FileKinds, WhatTheProgramWritesIsRecognised) {
   const auto robot = read_named_robot("limo");
   const auto world = parse_world(shared("worlds", "circuit24"), "world");
   ASSERT_TRUE(camera && robot && world);
-  const nlohmann::ordered_json found = to_json(PictureReport{.image = "a.png", .detected = true}, false);
+  const nlohmann::ordered_json found =
+      to_json(fields(PictureLine{PictureReport{.image = "a.png", .detected = true}}));
   const SdfFiles sdf = write_sdf_world(*world, *robot);
   const std::pair<FileKind, std::string> texts[] = {
       {FileKind::Map, to_yaml(map_of_two())},
@@ -222,7 +223,7 @@ TEST_F(FileKinds, AWrongFileIsNamedWithTheVerbsThatTakeIt) {
   written("world", shared("worlds", "circuit24"));
   written("unknown", "words\n");
   EXPECT_EQ(error("lap one", FileUse::Map),
-            lap + ": this is an MCAP recording, not a map of the tags. `waymark map '" + lap +
+            lap + ": this is a recording (MCAP), not a map of the tags. `waymark map '" + lap +
                 "'` makes a map of it, `waymark info '" + lap + "'` lists its contents.");
   EXPECT_EQ(error("lap one", FileUse::Recording), "");
   EXPECT_EQ(error("unknown", FileUse::Recording), "") << "its reader reports what is wrong";

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
+
 namespace waymark {
 namespace {
 
@@ -21,7 +23,8 @@ std::string recovered_name(const std::string& file) {
 
 Result<RecoverReport> recover_log(const RecoverJob& job) {
   const std::string output = job.output.empty() ? recovered_name(job.file) : job.output;
-  Result<mcap::Recovery> recovery = mcap::recover_file(job.file, output);
+  Result<mcap::Recovery> recovery =
+      or_wrong_kind(mcap::recover_file(job.file, output), job.file, FileUse::Recording);
   if (!recovery) return tl::unexpected(recovery.error());
   return RecoverReport{job.file, output, std::move(*recovery)};
 }

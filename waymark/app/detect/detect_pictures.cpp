@@ -53,7 +53,7 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
     std::error_code ignored;
     if (!input.error && fs::equivalent(parent.empty() ? "." : parent, folder, ignored)) {
       return fail(
-          ErrorCode::InvalidArgument, "this folder holds the pictures themselves", {.source = folder},
+          ErrorCode::InvalidArgument, "this folder holds the pictures themselves", {.key = folder},
           "Give `annotate` another folder, for example " + (fs::path(folder) / "annotated").string() + ".");
     }
   }

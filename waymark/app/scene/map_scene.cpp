@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
@@ -220,7 +221,8 @@ Status check(const MapSceneJob& job) {
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
   const Stopwatch watch;
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
-  Result<TagScene> scene = read_tagslam_folder(job.tagslam);
+  Result<TagScene> scene =
+      or_wrong_kind(read_tagslam_folder(job.tagslam), job.tagslam, FileUse::TagslamFolder);
   if (!scene) return tl::unexpected(scene.error());
   MapSceneReport report;
   Result<SceneRecording> recording = read_scene_recording(job.recording, *scene, control, report.warnings);
