@@ -280,8 +280,7 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
                        .wall_s = watch.seconds()};
 }
 
-Status check_effects(const SessionRequest& words, const RobotSetup& setup, bool view,
-                     const GivenFields& given) {
+Status check_effects(const RunRequest& words, const RobotSetup& setup, bool view, const GivenFields& given) {
   const bool process = !setup.process.empty();
   FieldRefusals refused(given);
   refused.fields(process, {"images"}, "has no effect on a robot process", "Omit `images`.");
