@@ -132,7 +132,7 @@ struct SessionReport {
 [[nodiscard]] ReportFields fields(const SessionReport& report);
 
 /// Fails on fields without effect for this robot and driver; `view`: with a page.
-[[nodiscard]] Status check_effects(const RunRequest& words, const RobotSetup& setup, bool view,
+[[nodiscard]] Status check_effects(const RunRequest& request, const RobotSetup& setup, bool view,
                                    const GivenFields& given);
 
 }  // namespace waymark
