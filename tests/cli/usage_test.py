@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The command line itself: mistakes answered with the right word, help that runs, pipes, Ctrl-C.
+"""The command line: suggestions for mistakes, examples in the help, pipes, Ctrl-C.
 
 usage: usage_test.py PROGRAM [unittest options]
 """
@@ -16,6 +16,7 @@ import unittest
 import pictures
 from harness import PROGRAM, InFolder, event, rest_of
 from laps import LAP_OF_SQUARE, MAP_OF_SQUARE, made
+import golden_page
 
 
 class Usage(InFolder):
@@ -25,34 +26,35 @@ class Usage(InFolder):
         self.assertEqual(outcome.out, "")
         for part in parts:
             self.assertIn(part, outcome.err)
+        golden_page.expect(self, "cli", re.sub(r"/\S*/made/\S*/", "MADE/", outcome.err))  # shared recordings are in the build folder
 
-    def test_each_mistake_says_the_nearest_right_word(self):
-        self.check([], "no verb given", "Verbs:")
-        self.check(["detcet", "photograph.png"], "unknown verb 'detcet'. Did you mean 'detect'?")
-        self.check(["evaluate"], "See `waymark evaluate --help`")
-        self.check(["evaluate", "detection"], "Did you mean `waymark evaluate detections`?")
-        self.check(["detect"], "SOURCE is required")
-        self.check(["detect", "--anotate", "x", "photograph.png"], "unknown flag '--anotate'. Did you mean '--annotate'?")
+    def test_mistakes_suggest_the_nearest_word(self):
+        self.check([], "Verbs:")
+        self.check(["detcet", "photograph.png"], "'detcet'", "'detect'?")
+        self.check(["evaluate"], "`waymark evaluate --help`")
+        self.check(["evaluate", "detection"], "`waymark evaluate detections`?")
+        self.check(["detect"], "SOURCE")
+        self.check(["detect", "--anotate", "x", "photograph.png"], "'--anotate'", "'--annotate'?")
         self.check(["detect", "--family", "tag36h12", "photograph.png"], "tag36h12", "tag36h1")
-        self.check(["detect", "--quad-decimate", "0", "photograph.png"], "(--quad-decimate): 0 is outside")
+        self.check(["detect", "--quad-decimate", "0", "photograph.png"], "(--quad-decimate): 0 ")
         self.check(["detect", "--quad-decimate", "much", "photograph.png"], "--quad-decimate")
-        self.check(["evaluate", "detections", "photograph.png"], "--truth is required")
-        self.check(["evaluate", "detections", "--truth", "truth.csv"], "give either pictures to detect in, or --detections")
-        self.check(["evaluate", "detections", "--truth", "truth.csv", "--detections", "x", "photograph.png"], "give either")
+        self.check(["evaluate", "detections", "photograph.png"], "--truth")
+        self.check(["evaluate", "detections", "--truth", "truth.csv"], "--detections")
+        self.check(["evaluate", "detections", "--truth", "truth.csv", "--detections", "x", "photograph.png"], "--detections")
         self.check(["evaluate", "detections", "--truth", "truth.csv", "--size-edges-px", "9,3", "photos"], "ascending")
 
-    def test_what_is_no_number_is_named_as_it_was_written(self):
-        self.check(["teach", "--world", "circuit24", "-o", "x", "--seed", "abc"], "(--seed): 'abc' is not a number from 0 to 9007199254740992")
-        self.check(["teach", "--world", "circuit24", "-o", "x", "--speed-m-s", "9"], "(--speed-m-s): '9' is not a number from 0.01 to 5")
-        self.check(["replay", "map", "--world", "circuit24", "--laps", "1e"], "(--laps): '1e' is not a number")
+    def test_an_invalid_number_is_printed_as_typed(self):
+        self.check(["teach", "--world", "circuit24", "-o", "x", "--seed", "abc"], "(--seed): 'abc' ", "9007199254740992")
+        self.check(["teach", "--world", "circuit24", "-o", "x", "--speed-m-s", "9"], "(--speed-m-s): '9' ", "0.01")
+        self.check(["replay", "map", "--world", "circuit24", "--laps", "1e"], "(--laps): '1e' ")
 
-    def test_flags_are_read_before_files(self):
-        self.check(["replay", "map", "--world", "none.yaml", "--laps", "0"], "(--laps): 0 is outside")
-        self.check(["replay", "map", "--world", "none.yaml", "--reach-m", "-1"], "(--reach-m): -1 is outside")
-        self.check(["teach", "--world", "none.yaml", "-o", "x", "--driver", "scriptd"], "Did you mean 'scripted'?")
-        self.check(["demo", "--world", "none.yaml", "--set", "camera.exposure_ms=20"], "Add --images")
+    def test_flags_are_checked_before_files(self):
+        self.check(["replay", "map", "--world", "none.yaml", "--laps", "0"], "(--laps): 0 ")
+        self.check(["replay", "map", "--world", "none.yaml", "--reach-m", "-1"], "(--reach-m): -1 ")
+        self.check(["teach", "--world", "none.yaml", "-o", "x", "--driver", "scriptd"], "'scripted'?")
+        self.check(["demo", "--world", "none.yaml", "--set", "camera.exposure_ms=20"], "--images")
 
-    def test_an_output_that_is_no_file_is_not_to_be_removed(self):
+    def test_no_hint_suggests_to_remove_a_folder_or_a_device(self):
         (self.folder / "folder.mcap").mkdir()
         (self.folder / "folder.txt").mkdir()
         (self.folder / "folder.yaml").mkdir()
@@ -61,14 +63,16 @@ class Usage(InFolder):
                             (["world", "new", "--path", "line.csv", "-o", "folder.yaml"], 1)):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
-            self.assertIn("this is a folder. Give the name of a file.", outcome.err)
+            self.assertRegex(outcome.err, r"folder\.(mcap|txt|yaml)")
+            golden_page.expect(self, "cli", outcome.err)
             self.assertNotIn("remove", outcome.err)
         outcome = self.run_here("teach", "--world", "circuit24", "-o", "/dev/null")
         self.assertEqual(outcome.code, 1)
-        self.assertIn("/dev/null: this is a device or a pipe", outcome.err)
+        self.assertIn("/dev/null: ", outcome.err)
+        golden_page.expect(self, "cli", outcome.err)
         self.assertNotIn("remove", outcome.err)
 
-    def test_a_missing_file_is_a_failure_whichever_flag_names_it(self):
+    def test_a_missing_file_is_a_failure_for_each_flag(self):
         for words, code in (("detect none.png", 1), ("detect photograph.png --camera none.yaml --tag-size-m 0.1", 1), ("evaluate none.txt none.txt", 1),
                             ("evaluate detections --truth none.csv --detections none.jsonl", 1), ("calibrate camera photograph.png --map none.yaml", 1),
                             ("calibrate robot none.mcap", 1), ("convert none.mcap x.mcap", 1), ("info none.mcap", 1), ("play none.mcap", 1),
@@ -100,7 +104,7 @@ class Usage(InFolder):
                 (self.folder / "folder").mkdir(exist_ok=True)
                 outcome = self.run_here(*words.format(name).split())
                 self.assertEqual((outcome.code, outcome.out), (2, ""), f"{words}\n{outcome.err}")
-                self.assertRegex(outcome.err, rf"waymark [a-z0-9 -]+: \(\S+\): there is no '{name}' in ", words)
+                self.assertRegex(outcome.err, rf"waymark [a-z0-9 -]+: \(\S+\): .*'{name}'", words)
         for tag in ("tagx:1", "abc", "99999"):
             for words in (f"map {recording} -o m --anchor {tag}", f"map {recording} -o m --tag-size-m {tag}=0.1", "detect photograph.png --camera camera.yaml --tag-size-m "
                           f"{tag}=0.1", f"teach --robot ros2:limo --tag-size-m 0.1 -o x --anchor {tag}"):
@@ -108,10 +112,10 @@ class Usage(InFolder):
 
     def test_a_verb_after_flags_and_a_file_of_its_name(self):
         recording = made(*LAP_OF_SQUARE) / "lap.mcap"
-        self.check(["map", "-o", "m", "convert", recording], "unknown flag '-o' of `waymark map convert`")
-        self.check(["map", "-o", "m", "lapp", recording], "'lapp' is neither a verb nor a file. Did you mean `waymark map lap`?")
-        self.check(["map", recording, "--tagslam", "-o", "m"], "--tagslam needs a value (FOLDER)")
-        self.check(["localize", "--start", "1", "2", "--map", "m", "x.mcap"], "--start needs 3 values")
+        self.check(["map", "-o", "m", "convert", recording], "'-o' of `waymark map convert`")
+        self.check(["map", "-o", "m", "lapp", recording], "'lapp'", "`waymark map lap`?")
+        self.check(["map", recording, "--tagslam", "-o", "m"], "--tagslam", "(FOLDER)")
+        self.check(["localize", "--start", "1", "2", "--map", "m", "x.mcap"], "--start", " 3 ")
         (self.folder / "lap").write_bytes(recording.read_bytes())
         outcome = self.run_here("map", "-o", "m", "lap", "--json")
         self.assertEqual(outcome.code, 0, outcome.err)
@@ -119,7 +123,7 @@ class Usage(InFolder):
         outcome = self.run_here("map", "--json", "-o", "n", "lap", recording)
         self.assertEqual((outcome.code, (self.folder / "n/map.yaml").exists()), (0, True), outcome.err)
 
-    def test_calibrate_chooses_by_what_a_line_names(self):
+    def test_calibrate_selects_the_verb_by_flags_and_inputs(self):
         recording = made(*LAP_OF_SQUARE) / "lap.mcap"
         for words, chosen in (([recording], "robot"), (["none.mcap", "-o", "c.yaml"], "robot"), ([recording, "--cols", "6"], "camera"), (["photograph.png"], "camera"),
                               (["board/*.png"], "camera"), (["walk.mp4", "--cols", "6"], "camera"), (["v4l2:/dev/video0"], "guided"), (["x.png", "--guided"], "guided"),
@@ -127,19 +131,19 @@ class Usage(InFolder):
             outcome = self.run_here("calibrate", *words, "--help")
             self.assertEqual((outcome.code, outcome.err), (0, ""), words)
             self.assertIn(f"Usage: waymark calibrate {chosen} ", outcome.out, words)
-        self.check(["calibrate"], "no verb given. Known: camera, guided, robot.")
-        self.check(["calibrate", recording, "--rows", "3"], "a board has --cols and --rows of 1 or more")
+        self.check(["calibrate"], "camera, guided, robot.")
+        self.check(["calibrate", recording, "--rows", "3"], "--cols")
 
     def test_an_empty_name_is_reported_with_its_flag(self):
-        self.check(["teach", "--world", "", "-o", "x"], "--world needs a value (NAME)")
-        self.check(["teach", "--world", "circuit24", "-o", ""], "-o needs a value (FILE)")
-        self.check(["localize", "lap.mcap", "--map="], "--map needs a value")
-        self.check(["info", ""], "an input is empty")
+        self.check(["teach", "--world", "", "-o", "x"], "--world", "(NAME)")
+        self.check(["teach", "--world", "circuit24", "-o", ""], "-o ", "(FILE)")
+        self.check(["localize", "lap.mcap", "--map="], "--map")
+        self.check(["info", ""], "waymark info")
         for name in ("empty.mp4", "empty.png", "empty.mcap", "empty.yaml"):
             (self.folder / name).touch()
             outcome = self.run_here("detect", name)
             self.assertEqual(outcome.code, 1)
-            self.assertRegex(outcome.err, rf"{name}: (the file is empty|empty file .*)\. [A-Z].* again\.")
+            self.assertRegex(outcome.err, rf"{name}: .*\. [A-Z].*\.")
 
     def test_configuration(self):
         def write(text):
@@ -154,7 +158,7 @@ class Usage(InFolder):
         self.check(write("refinement:\n  max_shift: 2\n"), "(refinement.max_shift)", "'max_shift_px'", code=1)
         self.check(write("detektor:\n"), "detect.yaml:1", "'detector'", code=1)
         self.check(write("detector: ["), "detect.yaml", code=1)
-        self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: there is no such file", code=1)
+        self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: ", code=1)
 
     def test_help_and_version(self):
         for words in (["--help"], ["detect", "--help"], ["evaluate", "detections", "-h"], ["help", "detect"]):
@@ -205,9 +209,9 @@ class PipesAndSignals(InFolder):
         words = process.stderr.read()
         process.stderr.close()
         self.assertEqual(process.wait(timeout=60), 0, words)
-        self.assertNotIn("cannot write", words)
+        self.assertEqual(words, "")
 
-    def test_words_that_nobody_reads_stop_nothing(self):
+    def test_unwritable_messages_do_not_stop_the_program(self):
         for words, code in ((["nosuch"], 2), (["detect", "nosuch.png"], 1), (["detect", "photograph.png"], 0)):
             with open("/dev/full", "w", encoding="ascii") as full:
                 done = subprocess.run([PROGRAM, *words], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=full, check=False)
@@ -217,7 +221,8 @@ class PipesAndSignals(InFolder):
         with open("/dev/full", "w", encoding="ascii") as full:
             outcome = self.run_here("detect", "--json", "photograph.png", stdout=full)
             self.assertEqual(outcome.code, 1)
-            self.assertIn("cannot write to standard output: No space left on device", outcome.err)
+            self.assertIn("No space left on device", outcome.err)
+            golden_page.expect(self, "cli", outcome.err)
             self.assertEqual(self.run_here("--help", stdout=full).code, 1)
 
     def test_ctrl_c_keeps_what_was_done(self):
@@ -228,21 +233,21 @@ class PipesAndSignals(InFolder):
         self.assertEqual(process.returncode, 130, words)
         records = [json.loads(line) for line in (first + rest).splitlines()]
         self.assertLess(len(records), self.COPIES)
-        self.assertIn(f"stopped after {len(records)} of {self.COPIES} inputs", words)
+        self.assertRegex(words, rf"\b{len(records)} of {self.COPIES}\b")
 
-    def test_the_second_ctrl_c_ends_it_at_once_and_leaves_the_terminal_as_it_was(self):
+    def test_the_second_ctrl_c_ends_the_program_at_once_and_restores_the_terminal(self):
         lap = made(*LAP_OF_SQUARE) / "lap.mcap"
         master, terminal = os.openpty()
         before = termios.tcgetattr(terminal)
         stuck = subprocess.Popen([PROGRAM, "play", "--speed", "0", lap], stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                 start_new_session=True, preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))  # nobody reads
+                                 start_new_session=True, preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))  # its output is not read
         event.until_it_catches(stuck, signal.SIGINT)
         event.until_full(stuck.stdout)
         raw = termios.tcgetattr(terminal)
-        raw[3] &= ~(termios.ECHO | termios.ICANON)  # as a driver with the keyboard does
+        raw[3] &= ~(termios.ECHO | termios.ICANON)  # like a keyboard driver
         termios.tcsetattr(terminal, termios.TCSANOW, raw)
         first = time.monotonic()
-        for _ in range(2):  # the second at once is the same key, as timeout(1) sends it
+        for _ in range(2):  # a second signal at once is the same key press, as sent by timeout(1)
             stuck.send_signal(signal.SIGINT)
             event.until_taken(stuck, signal.SIGINT)
         if time.monotonic() - first < self.SAME_KEY_S:  # a busy machine may be too late for that
@@ -250,7 +255,7 @@ class PipesAndSignals(InFolder):
             time.sleep(2 * self.SAME_KEY_S)
             stuck.send_signal(signal.SIGINT)
         self.assertEqual(stuck.wait(10), -signal.SIGINT)
-        self.assertIn("the second signal: ended at once", stuck.stderr.read())
+        golden_page.expect(self, "cli", stuck.stderr.read())
         self.assertEqual(termios.tcgetattr(terminal)[3], before[3])
         stuck.stdout.close()
         stuck.stderr.close()

@@ -194,7 +194,7 @@ class Peer(Wire):
 class Alone(Wire):
     def test_robot_sim_reports_that_it_waits_and_its_first_command(self):
         sim = self.start(PROGRAM, "robot-sim", "gazebo", "limo", "--world", LANE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        self.assertIn("publishes /model/limo/odometry and the other topics of the profile, and obeys /model/limo/cmd_vel, until Ctrl-C", sim.stderr.readline())
+        self.assertRegex(sim.stderr.readline(), "/model/limo/odometry .*/model/limo/cmd_vel")
         robot, lines = self.robot()
         wire_driver.say_hello(robot)
         self.until(lambda: lines)
@@ -213,7 +213,7 @@ class Alone(Wire):
         simulate = [PROGRAM, "robot-sim", "--world", LANE, "--gazebo", "limo"]
         code, _, words = wire_driver.end_of(simulate, self.environment)
         self.assertEqual(code, 1, words)
-        self.assertIn("/model/limo/odometry: another program publishes this topic already, at tcp://127.0.0.1:", words)
+        self.assertRegex(words, "/model/limo/odometry: .* tcp://127.0.0.1:")
 
         first, lines = self.robot()
         wire_driver.say_hello(first)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The public checks (.github/workflows/ci.yml) run README's commands in the system that README names, after what a checkout needs and nothing else."""
+"""The public checks (.github/workflows/ci.yml) run the commands of README on the system that README names, after only the packages that a checkout needs."""
 import pathlib
 import re
 import sys
@@ -14,7 +14,7 @@ BEFORE = ["apt-get update", "apt-get install -y --no-install-recommends git ca-c
 
 
 def readme_commands(text):
-    """Of the first block below "Try it"."""
+    """The commands of the first block below "Try it"."""
     return re.search(r"^## Try it\n.*?^```sh\n(.*?)^```", text, re.M | re.S).group(1).split("\n")[:-1]
 
 

@@ -353,7 +353,7 @@ class Doctor(Wire):
         lines, _ = self.lines(limo.path)
         self.assertEqual([lines[check]["level"] for check in ("robot", "battery", "errors", "drive")], ["ok"] * 4, lines)
         self.assertIn("11.8 V", lines["battery"]["words"])
-        self.assertRegex(lines["robot"]["words"], r"motion (4[5-9]|5\d) times a second")
+        self.assertRegex(lines["robot"]["words"], r"motion at (4[5-9]|5\d) Hz")
         self.assertEqual(limo.frames, [], "nothing is sent")
         limo.battery, limo.errors = 101, 1 << 3
         lines, code = self.lines(limo.path)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The page of `waymark detect v4l2:… --view` in a headless Chromium: a camera that tests/fake_v4l2 plays.
+"""The page of `waymark detect v4l2:… --view` in a headless Chromium, with a camera simulated by tests/fake_v4l2.
 
 usage: camera_page_test.py PROGRAM VIEWER_BUILD_FOLDER
 Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh).
@@ -45,9 +45,9 @@ def main():
                                     env={**os.environ, **environment})
         finally:
             process.send_signal(signal.SIGINT)
-            output = process.communicate(timeout=30)[1]
+            messages = process.communicate(timeout=30)[1]
         if looked.returncode != 0 or process.returncode != 130:
-            print(output, file=sys.stderr)
+            print(messages, file=sys.stderr)
             return 1
         saved, recorded = list(folder.glob("snapshot-*.png")), list(folder.glob("camera-*.mcap"))
         if len(saved) != 1 or len(recorded) != 1:

@@ -322,7 +322,7 @@ std::string explain(const CLI::ParseError& error, const CLI::App& root, const Ch
   if (flag.empty()) return plain_words(error.what());
   const std::vector<std::string> own = flags_of(*chosen.node->app);
   if (const std::string verb = verb_with(flag, chosen); !verb.empty())
-    return fmt::format("unknown flag '{}' of `{}`; it is a flag of `{}`.", flag, chosen.full_name, verb);
+    return fmt::format("unknown flag '{}' of `{}`: it is one of `{}`.", flag, chosen.full_name, verb);
   const std::string nearest = nearest_word(flag, own);
   return fmt::format("unknown flag '{}'.{}", flag,
                      nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));

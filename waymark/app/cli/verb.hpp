@@ -19,7 +19,7 @@ namespace waymark::cli {
 using Run = std::function<ExitCode(Console&)>;
 
 /// A verb of the command line. It runs (`prepare`), has further verbs (`verbs`), or both: then it runs if the
-/// next word is none of `verbs`. In a line that names none of `verbs`, `usual_verb` chooses one of them, or a
+/// next word is not one of `verbs`. In a line without one of `verbs`, `usual_verb` chooses one of them, or a
 /// sibling of this verb.
 struct Verb {
   std::string name;

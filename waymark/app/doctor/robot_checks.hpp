@@ -13,7 +13,7 @@
 namespace waymark {
 
 /// Data received from a robot.
-struct NetworkHeard {
+struct NetworkTraffic {
   std::string odometry{};  ///< topic or channel
   std::string commands{};
   double listened_s = 0;
@@ -23,7 +23,7 @@ struct NetworkHeard {
   int silent_publishers = 0;         ///< publishers of commands that sent none
   std::string silent_names{};        ///< their names
   std::string there{};               ///< content of the network if no odometry arrived
-  bool hears_commands = true;        ///< a subscriber for commands exists, or this is unknown
+  bool has_subscriber = true;        ///< a subscriber for commands exists, or this is unknown
   std::optional<double> behind_s{};  ///< this computer's clock minus odometry stamp, minimum; for wall clocks
   std::optional<double> sim_pace{};  ///< real-time factor of a simulation
   std::optional<double> battery_V{};
@@ -31,7 +31,7 @@ struct NetworkHeard {
 };
 
 /// The lines robot, clock, commands and battery, if their data arrived. `howto`: the document with help.
-[[nodiscard]] std::vector<DoctorLine> network_lines(const NetworkHeard& heard, const std::string& howto);
+[[nodiscard]] std::vector<DoctorLine> network_lines(const NetworkTraffic& traffic, const std::string& howto);
 
 /// Check an MBot on LCM, or a robot of a profile on ROS 2 (with peers and qualities of service) or in Gazebo.
 /// Each listens for some seconds and sends nothing.

@@ -160,9 +160,9 @@ std::vector<std::string> RobotRequest::as_words() const {
   return words;
 }
 
-Result<RobotSetup> requested_setup(const RobotRequest& words, bool processes, const std::string& robot_file,
+Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes, const std::string& robot_file,
                                    const GivenFields& given) {
-  const bool process = processes && is_robot_kind(words.robot);
+  const bool process = processes && is_robot_kind(request.robot);
   const char* of_a_process = "Omit this option, or use `robot=process:CMD`.";
   FieldRefusals refused(given);
   refused.fields(!process, {"detector", "search_every", "search_strips"},
@@ -170,11 +170,11 @@ Result<RobotSetup> requested_setup(const RobotRequest& words, bool processes, co
   refused.fields(!process, {"camera_source"}, "a simulated robot has simulated cameras", of_a_process);
   refused.fields(process && !given("search_every"), {"search_strips"}, kSearchedWholly, kSearchEvery);
   if (!refused.status()) return tl::unexpected(refused.status().error());
-  const std::string& file = words.robot_file.empty() ? robot_file : words.robot_file;
-  Result<RobotSetup> setup = load_robot(words.robot, words.world, file, words.seed, processes);
+  const std::string& file = request.robot_file.empty() ? robot_file : request.robot_file;
+  Result<RobotSetup> setup = load_robot(request.robot, request.world, file, request.seed, processes);
   if (!setup || !process) return setup;
-  setup->pictures = words.pictures;
-  if (Status added = add_live_cameras(words.camera_sources, *setup); !added)
+  setup->pictures = request.pictures;
+  if (Status added = add_live_cameras(request.camera_sources, *setup); !added)
     return tl::unexpected(added.error());
   return setup;
 }

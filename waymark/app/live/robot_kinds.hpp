@@ -69,7 +69,7 @@ struct RobotRequest {
 };
 /// Makes the setup of a request. With `processes` the robot may be a process; `robot_file`: the robot's file
 /// if the request names none. Fails also on given fields without effect for this robot.
-[[nodiscard]] Result<RobotSetup> requested_setup(const RobotRequest& words, bool processes,
+[[nodiscard]] Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes,
                                                  const std::string& robot_file, const GivenFields& given);
 
 }  // namespace waymark

@@ -85,17 +85,17 @@ std::string robot_file_in(const std::filesystem::path& folder) {
   return std::filesystem::exists(file, ignored) ? file.string() : std::string();
 }
 
-Status apply_simulation(const SimulationRequest& words, const GivenFields& given, RobotSetup& setup) {
+Status apply_simulation(const SimulationRequest& request, const GivenFields& given, RobotSetup& setup) {
   FieldRefusals refused(given);
   refused.fields(!setup.process.empty(), {"images", "threads", "faults"}, "only applies to a simulated robot",
                  "Omit this option, or omit `robot=process:CMD`.");
-  refused.fields(!words.images, {"threads"}, "has no effect without images",
+  refused.fields(!request.images, {"threads"}, "has no effect without images",
                  "Add `images`, or omit `threads`.");
   if (!refused.status()) return refused.status();
-  setup.simulated.threads = words.threads;
-  if (words.faults.empty()) return {};
+  setup.simulated.threads = request.threads;
+  if (request.faults.empty()) return {};
   auto faults =
-      or_wrong_kind(read_faults(words.faults, setup.simulated.world), words.faults, FileUse::Faults);
+      or_wrong_kind(read_faults(request.faults, setup.simulated.world), request.faults, FileUse::Faults);
   if (!faults) return tl::unexpected(faults.error());
   setup.simulated.robot.faults = std::move(*faults);
   return {};

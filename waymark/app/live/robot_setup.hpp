@@ -86,7 +86,7 @@ struct SimulationRequest {
 };
 /// Adds the fault script and the number of threads to the setup. Fails on fields of a simulated robot if the
 /// robot is a process.
-[[nodiscard]] Status apply_simulation(const SimulationRequest& words, const GivenFields& given,
+[[nodiscard]] Status apply_simulation(const SimulationRequest& request, const GivenFields& given,
                                       RobotSetup& setup);
 
 /// Refuses `seed` if `when` holds: nothing is simulated or scripted.

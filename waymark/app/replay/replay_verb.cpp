@@ -36,8 +36,8 @@ Result<RobotSetup> make_setup(const ReplayArgs& args) {
   if (!made) return made;
   Refusals refused(args.settings.app());
   refuse_seed(!made->process.empty(), refused);
-  refused.fields(args.job.output.empty(), {"durable"}, "nothing is recorded",
-                 "Add -o FILE, or leave it out.");
+  refused.fields(args.job.output.empty(), {"durable"}, "has no effect without a recording",
+                 "Add `output=FILE`, or omit `durable`.");
   const Status status = refused.status() ? check_recording(args.job, *made) : refused.status();
   if (!status) return tl::unexpected(status.error());
   return made;

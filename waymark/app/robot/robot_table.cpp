@@ -84,8 +84,8 @@ std::string topics_of(const Ros2Profile& profile) {
     if (!topic.empty()) words += fmt::format(", {} {}", what, topic);
   };
   add("IMU", profile.imu_topic);
-  add("pictures", profile.image_topic);
-  add("pictures", profile.compressed_image_topic);
+  add("images", profile.image_topic);
+  add("images", profile.compressed_image_topic);
   add("tags", profile.detections_topic);
   add("scans", profile.scan_topic);
   return words;

@@ -280,18 +280,18 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
                        .wall_s = watch.seconds()};
 }
 
-Status check_effects(const SessionRequest& words, const RobotSetup& setup, bool view,
+Status check_effects(const RunRequest& request, const RobotSetup& setup, bool view,
                      const GivenFields& given) {
   const bool process = !setup.process.empty();
   FieldRefusals refused(given);
   refused.fields(process, {"images"}, "has no effect on a robot process", "Omit `images`.");
   refused.fields(process || !view, {"pace"}, "only applies to a simulated robot with `view`",
                  "Omit `pace`, or use `view` with a simulated robot.");
-  refused.fields(words.job.driver == "lines", {"speed_m_s"},
+  refused.fields(request.job.driver == "lines", {"speed_m_s"},
                  "has no effect: the driver lines specifies each speed", "Omit `speed_m_s`.");
-  const bool scripted = words.job.driver == "scripted" || words.job.driver == "page" || view;
+  const bool scripted = request.job.driver == "scripted" || request.job.driver == "page" || view;
   refuse_seed(process && !scripted, refused);
-  return refused.status() ? check_recorded_images(process || words.images, words.job.images)
+  return refused.status() ? check_recorded_images(process || request.images, request.job.images)
                           : refused.status();
 }
 

@@ -61,7 +61,7 @@ struct SessionJob {
 };
 
 /// A session as requested by the user, without option structs.
-struct SessionRequest {
+struct RunRequest {
   SessionJob job{};
   std::string calibration{};  ///< calibration.yaml; empty: none
   bool images = false;        ///< the simulated robot sends images
@@ -132,7 +132,7 @@ struct SessionReport {
 [[nodiscard]] ReportFields fields(const SessionReport& report);
 
 /// Fails on fields without effect for this robot and driver; `view`: with a page.
-[[nodiscard]] Status check_effects(const SessionRequest& words, const RobotSetup& setup, bool view,
+[[nodiscard]] Status check_effects(const RunRequest& request, const RobotSetup& setup, bool view,
                                    const GivenFields& given);
 
 }  // namespace waymark

@@ -13,14 +13,14 @@
 namespace waymark::cli {
 namespace {
 
-struct RunArgs : SessionRequest {
+struct RunArgs : RunRequest {
   explicit RunArgs(CLI::App& verb)
       : settings(verb),
         setup(verb, {}, true),
         scene(settings, Reach::SettingsOnly),
         options(settings, Reach::SettingsOnly) {
     add_fields(verb, live);
-    add_fields(verb, static_cast<SessionRequest&>(*this));
+    add_fields(verb, static_cast<RunRequest&>(*this));
     verb.add_flag("--json", json, "Print one JSON object instead of text");
   }
 

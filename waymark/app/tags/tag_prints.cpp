@@ -55,8 +55,8 @@ WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFile
   return written;
 }
 
-Result<FamilyId> requested_family(const PageRequest& description) {
-  auto id = parse_family(description.family);
+Result<FamilyId> requested_family(const PageRequest& request) {
+  auto id = parse_family(request.family);
   if (!id) id.error().place.key = "family";
   return id;
 }

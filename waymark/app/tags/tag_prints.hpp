@@ -66,18 +66,18 @@ struct PageRequest {
 };
 /// Sets paper and orientation of page options. Fails also on an output file of an unknown format.
 template <class Options>
-[[nodiscard]] Status apply_paper(const PageRequest& description, Options& options) {
-  const auto paper = plot::parse_paper(description.paper);
+[[nodiscard]] Status apply_paper(const PageRequest& request, Options& options) {
+  const auto paper = plot::parse_paper(request.paper);
   if (!paper) return tl::unexpected(paper.error());
-  const auto orientation = plot::parse_orientation(description.orientation);
+  const auto orientation = plot::parse_orientation(request.orientation);
   if (!orientation) return tl::unexpected(orientation.error());
   options.paper = *paper;
   options.orientation = *orientation;
-  const auto format = plot::format_of(description.files.path);
+  const auto format = plot::format_of(request.files.path);
   return format ? Status() : tl::unexpected(format.error());
 }
 /// The requested family; the error names the field.
-[[nodiscard]] Result<FamilyId> requested_family(const PageRequest& description);
+[[nodiscard]] Result<FamilyId> requested_family(const PageRequest& request);
 
 /// The printed markers of a ChArUco board, in the order of board_markers(); empty for a chessboard. Loads
 /// OpenCV for the dictionaries.
