@@ -79,7 +79,7 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   TagEstimate
       even;  // edges curve as the camera model predicts; the slopes of the levels model uneven illumination
   for (EdgeVector& edge : even.edges) edge.setZero();
-  read_inner_pixels(image, at.tag, tag, even, InnerPixels::kManyPixels, pixels);
+  read_inner_pixels(image, at.tag, tag, even, InnerPixels::kPlacementPixels, pixels);
   const std::array<Level, 2> level = levels(pixels);
   if (level[0].count < kInnerUnknowns || level[1].count < kInnerUnknowns) return std::nullopt;
   const double step = level[1].mean() - level[0].mean();
@@ -115,14 +115,14 @@ double farthest_px(const Quad& a, const Quad& b) {
 std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options, const CameraModel* camera) {
   constexpr int kMaxPasses = 6;
-  constexpr double kMaxResidual = 0.04;  // of the step: larger if gloss covers bits too
-  constexpr double kMaxCells = 0.4;      // at half a cell, other bits would be read
+  constexpr double kMaxResidual = 0.04;   // of the step: larger if gloss covers bits too
+  constexpr double kMaxShiftCells = 0.4;  // at half a cell, other bits would be read
   const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
   // including the border: three rows of three bits are too few for the unknowns
-  constexpr int kMinCellsAcross = 6;
-  if (family(detection.tag.family).width_at_border < kMinCellsAcross) return std::nullopt;
+  constexpr int kMinCells = 6;
+  if (family(detection.tag.family).width_at_border < kMinCells) return std::nullopt;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
-  const double farthest = std::max(options.max_shift_px, kMaxCells * cell_px);
+  const double farthest = std::max(options.max_shift_px, kMaxShiftCells * cell_px);
   InnerPixels pixels;
   TagDetection at = detection;
   for (int pass = 0; pass < kMaxPasses; ++pass) {

@@ -582,7 +582,7 @@ EdgeCorrection inner_correction(const ImageView& image, const TagId& id, const T
   const bool reversed = family(id.family).reversed_border;
   const double outwards = reversed ? -1.0 : 1.0;
   InnerPixels pixels;
-  read_inner_pixels(image, id, tag, estimate, InnerPixels::kFewPixels, pixels);
+  read_inner_pixels(image, id, tag, estimate, InnerPixels::kCorrectionPixels, pixels);
   const InnerPrior prior = prior_of(estimate, reversed);
   const InnerFit all = fit_inner<kUnknownsOnBorder>(pixels, prior, estimate.noise_variance, outwards);
   EdgeCorrection correction;

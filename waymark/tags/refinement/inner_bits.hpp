@@ -15,9 +15,9 @@ namespace waymark::refinement {
 
 /// Pixels inside the border of a tag and the cells around them, kLanes side by side.
 struct InnerPixels {
-  static constexpr int kFewPixels = 200;   ///< enough to correct edges that the border determines
-  static constexpr int kManyPixels = 800;  ///< enough to determine them without the border
-  static constexpr int kMaxBlocks = 2 * kManyPixels / kLanes;
+  static constexpr int kCorrectionPixels = 200;  ///< enough to correct edges that the border determines
+  static constexpr int kPlacementPixels = 800;   ///< enough to determine them without the border
+  static constexpr int kMaxBlocks = 2 * kPlacementPixels / kLanes;
 
   struct Block {
     Lanes value;   ///< grey level corrected for illumination
@@ -36,7 +36,7 @@ struct InnerPixels {
 };
 
 /// Reads the pixels, with cells placed by the four border edges of `estimate`; for large tags `most`
-/// (kFewPixels or kManyPixels) that are evenly distributed. O(pixels).
+/// (kCorrectionPixels or kPlacementPixels) that are evenly distributed. O(pixels).
 void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& tag,
                        const TagEstimate& estimate, int most, InnerPixels& pixels);
 
