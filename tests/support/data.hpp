@@ -6,12 +6,12 @@
 
 namespace waymark::testing {
 
-/// A path inside the real data of WAYMARK_DATA; nothing if it does not exist. With WAYMARK_REQUIRE_DATA,
-/// missing data fail the test instead of skipping it.
+/// A path inside the real data in WAYMARK_DATA, or nothing if it is missing. With WAYMARK_REQUIRE_DATA set,
+/// missing data is a test failure instead of a skip.
 std::optional<std::filesystem::path> real_data(const std::string& relative);
 
-/// A new empty folder for one test, removed by the next run of the same test. Call it in a test or its SetUp:
-/// in SetUpTestSuite no test has a name yet, and concurrent processes would share the folder.
+/// A new empty folder for one test, removed by the next run of the same test. For use inside a test or its
+/// SetUp: in SetUpTestSuite no test has a name yet, and concurrent processes would share the folder.
 std::filesystem::path fresh_folder(const std::string& name);
 
 }  // namespace waymark::testing

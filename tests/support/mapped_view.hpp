@@ -12,7 +12,7 @@ namespace waymark::testing {
 inline constexpr double kSigma = 0.1;
 inline constexpr MultiTagOptions kOptions{.corner_sigma_px = kSigma};
 
-/// A camera and the map of the tags in its view.
+/// A camera in a map, with the tags in its view.
 struct MappedView {
   CameraModel camera = plain_camera();
   SE3 map_T_cam{};

@@ -10,15 +10,15 @@
 #include "waymark/mapping/scene/scene_map.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// A rig of one or two cameras that moves along a wall of tags, the first of which is known, and a map with
-/// true poses.
+/// A rig of one or two cameras that moves past a wall of tags, of which the first has a known pose, and its
+/// true map.
 namespace waymark::test {
 
 inline constexpr double kRigTag_m = 0.2;
 
 struct RigShape {
   std::size_t frames = 24, tags = 8, cameras = 1;
-  double step_s = 0.1;   ///< from frame to frame
+  double step_s = 0.1;   ///< between frames
   double noise_px = 0;   ///< of corners
   double readout_s = 0;  ///< of a rolling shutter
   std::uint64_t seed = 1;
@@ -49,7 +49,7 @@ inline SE3 rig_at(const RigShape& shape, double frame) {
   return at(2.4 * s - 1.2, 0.3 * std::sin(9 * s), 0.3 * s, 0.1 * std::sin(5 * s), 0.1, 0.2 * std::sin(7 * s));
 }
 
-/// Corners of a tag in the image of a rolling shutter.
+/// The corners of a tag in a rolling-shutter camera.
 inline std::optional<std::array<Eigen::Vector2d, 4>> rig_corners(const RigScene& made, std::size_t camera,
                                                                  std::size_t frame, const SE3& map_T_tag) {
   const CameraModel& model = made.scene.cameras[camera].model;
@@ -116,7 +116,8 @@ inline RigScene rig_scene(const RigShape& shape = {}) {
   return made;
 }
 
-/// The problem of the scene with all poses true and all observations in use; corners have this noise.
+/// The problem of the scene, with every pose at the truth and every observation in use; corners have this
+/// noise.
 inline SceneMap true_scene_map(const RigScene& made, double sigma_px = 0.5) {
   SceneMap map{.scene = made.scene};
   map.scene.pixel_sigma_px = sigma_px;
