@@ -55,7 +55,7 @@ class Extend(InFolder):
         size = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "map", "--tag-size-m", 0.2)
         self.assertIn("--tag-size-m 0.2 is taken for tags that the map does not have: 23 of it keep the size it says (0.16 m)", size.err)
         chain = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "map", "--method", "chain")
-        self.assertEqual(chain.code, 1)
+        self.assertEqual(chain.code, 2)
         self.assertIn("cannot extend", chain.err)
 
 

@@ -96,8 +96,8 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
   if (wheels.empty()) return {};
   const std::optional<StampedPose> start = common_start(estimate, wheels);
   if (!start)
-    return fail(ErrorCode::NotFound, "the odometry does not cover the time at which EST begins",
-                {.key = "odometry"}, "Give a recording of the same drive, on the same clock.");
+    return fail(ErrorCode::NotFound, "the odometry does not cover the time at which EST begins", {},
+                "Give a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
     EstimatedTrajectory placed = within(placed_at(*trajectory, *start), start->stamp, estimate.back().stamp);
@@ -186,7 +186,10 @@ Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, c
   if (!row) return tl::unexpected(row.error());
   tell_of_frames(*row, inputs, report, control);
   report.rows.push_back(std::move(*row));
-  if (const Status added = add_dead_reckoning(inputs, report); !added) return tl::unexpected(added.error());
+  if (Status added = add_dead_reckoning(inputs, report); !added) {
+    added.error().place = {.source = job.odometry};
+    return tl::unexpected(added.error());
+  }
   return report;
 }
 
