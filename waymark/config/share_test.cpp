@@ -36,9 +36,8 @@ TEST(Share, FindsNamesAndPaths) {
   ASSERT_EQ(setenv("WAYMARK_SHARE", "/nowhere", 1), 0);
   EXPECT_EQ(share_folder().error().place.source, "/nowhere");
   testing::expect_on_page("config", share_folder().error());
-            std::string::npos);
-            ASSERT_EQ(unsetenv("WAYMARK_SHARE"), 0);
-            EXPECT_TRUE(std::filesystem::exists(*find_shared("robots", "limo"))) << "in the source tree";
+  ASSERT_EQ(unsetenv("WAYMARK_SHARE"), 0);
+  EXPECT_TRUE(std::filesystem::exists(*find_shared("robots", "limo"))) << "in the source tree";
 }
 
 }  // namespace
