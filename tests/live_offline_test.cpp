@@ -1,5 +1,4 @@
-// Pictures that are recorded live give the same corners, byte for byte, when their tags are found in the
-// recording.
+// Corners of images recorded live equal those found later in the recording, bit for bit.
 #include <algorithm>
 #include <filesystem>
 
@@ -16,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// A robot drives ahead for a while; what the loop receives is recorded.
+/// A robot drives forwards for a while, and the samples of the loop are recorded.
 void record(const RobotDescription& description, double seconds, const std::filesystem::path& path) {
   const World world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value();
   std::vector<MountedCamera> cameras = {
@@ -48,7 +47,7 @@ class LiveOffline : public ::testing::TestWithParam<const char*> {
       std::filesystem::temp_directory_path() / ("waymark_live_offline_" + std::string(GetParam()) + ".mcap");
 };
 
-TEST_P(LiveOffline, TheSameCornersToTheLastBit) {
+TEST_P(LiveOffline, CornersAreIdentical) {
   const std::string file = std::string(WAYMARK_SHARE "/robots/") + GetParam() + ".yaml";
   record(read_robot(file).value(), 1.5, path_);
   const Result<RecordedLap> live = read_lap_file(path_.string());
@@ -63,10 +62,10 @@ TEST_P(LiveOffline, TheSameCornersToTheLastBit) {
     const TagFrame& b = offline->frames[i];
     ASSERT_EQ(a.stamp, b.stamp);
     ASSERT_EQ(a.camera, b.camera);
-    ASSERT_EQ(a.detections.size(), b.detections.size()) << "picture " << i;
+    ASSERT_EQ(a.detections.size(), b.detections.size()) << "image " << i;
     for (std::size_t d = 0; d < a.detections.size(); ++d) {
       EXPECT_EQ(a.detections[d].tag, b.detections[d].tag);
-      EXPECT_EQ(a.detections[d].corners_px, b.detections[d].corners_px) << "picture " << i;
+      EXPECT_EQ(a.detections[d].corners_px, b.detections[d].corners_px) << "image " << i;
       EXPECT_EQ(a.detections[d].corner_covariance_px2, b.detections[d].corner_covariance_px2);
       corners += 4;
     }

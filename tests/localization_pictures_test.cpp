@@ -1,5 +1,4 @@
-// Where am I, from pictures: rendered, with blur and noise, looked at by the detector, localised in the map
-// of the world they were taken in.
+// Localisation from rendered images with blur and noise, through the detector, in the map of their world.
 #include <algorithm>
 #include <cmath>
 
@@ -32,7 +31,7 @@ struct Figures {
   }
 };
 
-/// A lap of five pictures a second, mapped, and localised in that map: what a robot does that was taught.
+/// A lap with five images per second, mapped, and localised in that map, like a taught robot.
 void drive_and_localize(std::uint64_t seed, Figures& figures) {
   const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
   const World& world = test::circuit();
@@ -75,20 +74,20 @@ void drive_and_localize(std::uint64_t seed, Figures& figures) {
       figures.add(estimate, project_to_plane(*there));
 }
 
-/// Errors of one lap hang together: NEES is of three laps. It is below 3: the filter allows for
-/// errors of prints and lenses that these pictures do not have. (With AprilTag 3 as the detector about the
+/// Errors within one lap are correlated, so NEES is over three laps. It is below 3, because the filter allows
+/// for errors of prints and lenses that these images do not have. (AprilTag 3 as the detector gives about the
 /// same.)
-TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
+TEST(LocalizationInPictures, OnCircuit24IsWithinACentimetreAndConsistent) {
   Figures figures;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) drive_and_localize(seed, figures);
   const double rmse_m = std::sqrt(figures.squared_m2 / figures.count);
   const double nees = figures.nees / figures.count;
-  std::printf("%d moments, %d of them uncertain: rmse %.2f mm, NEES %.2f of 3\n", figures.count,
+  std::printf("%d estimates, %d of them uncertain: rmse %.2f mm, NEES %.2f of 3\n", figures.count,
               figures.uncertain, 1e3 * rmse_m, nees);
   EXPECT_GT(figures.count, 2000);
   EXPECT_LE(rmse_m, 0.010);
-  EXPECT_LE(nees, 4.5) << "surer than it should be";
-  EXPECT_GE(nees, 0.7) << "doubts much more than it errs";
+  EXPECT_LE(nees, 4.5) << "overconfident";
+  EXPECT_GE(nees, 0.7) << "much too conservative";
   EXPECT_LT(figures.uncertain, figures.count / 20);
 }
 

@@ -1,5 +1,5 @@
-// Two real robots: an MBot on a taped rectangle (LCM log, two tags swapped in its map) and the robot of
-// AER1513 under motion capture (ranges and bearings).
+// Two real robots: an MBot on a taped rectangle (LCM log, two tags swapped in its map), and the robot of
+// AER1513 with motion capture (ranges and bearings).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,7 +48,7 @@ void feed(RiekfLocalizer& filter, const Sample& sample) {
 
 constexpr double kLap1 = 57.6;  // [s] the first of three laps
 
-/// Distance to the tape.
+/// Distance from the tape.
 double from_rectangle(const Eigen::Vector2d& p) {
   constexpr std::array<std::array<double, 2>, 5> kCorners{
       {{0, 0}, {1.32, 0}, {1.32, 1.04}, {0, 1.04}, {0, 0}}};
@@ -62,7 +62,7 @@ double from_rectangle(const Eigen::Vector2d& p) {
   return best;
 }
 
-/// What is assumed of an MBot: what its publisher's tags and its wheels are like, not what this log says.
+/// Assumptions about an MBot: typical tags and wheels of its publisher, not fitted to this log.
 RiekfOptions mbot_options() {
   RiekfOptions options;
   options.tag_sigma_m = 0.01;
@@ -113,11 +113,14 @@ MbotFigures run_mbot(const std::vector<Sample>& samples, const Landmarks& map, c
   return figures;
 }
 
-bool says(const std::vector<std::string>& all, const std::string& word) {
-  return std::ranges::any_of(all, [&](const std::string& s) { return s.find(word) != std::string::npos; });
+/// Whether a finding contains both tags.
+bool reports_pair(const std::vector<std::string>& findings, const std::string& a, const std::string& b) {
+  return std::ranges::any_of(findings, [&](const std::string& text) {
+    return text.find(a) != std::string::npos && text.find(b) != std::string::npos;
+  });
 }
 
-TEST(LocalizationOfAnMbot, CalibratedOnOneLapItKeepsToTheTapeForTheOthers) {
+TEST(LocalizationOfAnMbot, CalibratedOnOneLapItFollowsTheTapeOnTheOthers) {
   WAYMARK_REAL_DATA(log, "lcm/lcmlog-2024-04-15.00");
   WAYMARK_REAL_DATA(table, "lcm/landmarks.csv");
   const std::vector<Sample> samples = samples_of({log});
@@ -130,8 +133,8 @@ TEST(LocalizationOfAnMbot, CalibratedOnOneLapItKeepsToTheTapeForTheOthers) {
     if (to_seconds(stamp_of(sample) - stamp_of(samples.front())) < kLap1) lap1.push_back(sample);
   }
   InnovationFitOptions fit;
-  fit.seek[static_cast<std::size_t>(Calibrated::YawGain)] = false;  // the gyro turns it
-  fit.keep_sigma = 0;                                               // where the camera sits is a guess
+  fit.seek[static_cast<std::size_t>(Calibrated::YawGain)] = false;  // the gyro measures the turn
+  fit.keep_sigma = 0;                                               // the given camera mounting is a guess
   const auto calibrated = calibrate_by_innovations(lap1, map->landmarks, camera_ahead(), mbot_options(), fit);
   ASSERT_TRUE(calibrated) << to_string(calibrated.error());
   for (std::size_t i = 0; i < kCalibrated; ++i)
@@ -146,26 +149,26 @@ TEST(LocalizationOfAnMbot, CalibratedOnOneLapItKeepsToTheTapeForTheOthers) {
       after.laps23_rms_m, before.laps23_rms_m, after.odometry_laps23_rms_m, after.lap1_rms_m, after.last.x(),
       after.last.y());
   EXPECT_LE(after.laps23_rms_m, 0.025);
-  EXPECT_LE(after.last.translation().norm(), 0.02) << "the robot stands where it began";
+  EXPECT_LE(after.last.translation().norm(), 0.02) << "the robot ends at its start";
   EXPECT_LT(after.laps23_rms_m, before.laps23_rms_m);
-  EXPECT_LT(after.worst_m, 0.15) << "the map as it is given does not lose the robot";
-  EXPECT_TRUE(says(after.problems, "tag 5 and tag 6 are swapped"));
-  EXPECT_TRUE(says(before.problems, "tag 5 and tag 6 are swapped"));
+  EXPECT_LT(after.worst_m, 0.15) << "the swapped tags do not cause a loss";
+  EXPECT_TRUE(reports_pair(after.problems, "tag 5", "tag 6"));
+  EXPECT_TRUE(reports_pair(before.problems, "tag 5", "tag 6"));
   EXPECT_EQ(after.problems.size(), 1U);
 }
 
 // ---- AER1513 ----
 
-/// What is assumed of this robot and its laser; the same for all cases below.
+/// Assumptions about this robot and its laser; the same for all cases below.
 RiekfOptions aer_options(double farthest_m) {
   RiekfOptions options;
   options.farthest_m = farthest_m;
   options.tag_sigma_m = 0.02;
   options.mounting_sigma_rad = 0.02;
-  // Of what the log gives as 0.03 m and 0.026 rad a part lasts; NIS is near 1 with these.
+  // Part of the log's 0.03 m and 0.026 rad is a lasting error; with these values NIS is near 1.
   options.range_sigma_m = 0.02;
   options.bearing_sigma_rad = 0.015;
-  options.camera_latency_s = 0.05;  // a speed is that of the middle of its tenth of a second
+  options.camera_latency_s = 0.05;  // a velocity is that of the middle of its 0.1 s
   options.motion.along_m_sqrt_m = 0.04;
   options.motion.across_m_sqrt_m = 0.04;
   options.motion.yaw_rad_sqrt_m = 0.03;
@@ -179,7 +182,7 @@ RiekfOptions aer_options(double farthest_m) {
 struct AerFigures {
   double rmse_m = 0;
   double nees = 0;
-  double max_after_m = 0;  ///< after the first half minute
+  double max_after_m = 0;  ///< after the first 30 s
   double smoothed_rmse_m = 0;
 };
 
@@ -232,7 +235,7 @@ AerFigures run_aer(const AerLog& log, const RiekfOptions& options, const std::op
   return figures;
 }
 
-TEST(LocalizationOfAer1513, BesideMotionCapture) {
+TEST(LocalizationOfAer1513, AgreesWithMotionCapture) {
   WAYMARK_REAL_DATA(folder, "aer1513");
   AerLog log;
   const auto map = read_landmarks(folder / "landmarks.csv");
@@ -252,7 +255,7 @@ TEST(LocalizationOfAer1513, BesideMotionCapture) {
   EXPECT_LE(far.rmse_m, 0.060);
   EXPECT_GE(far.nees, 2);
   EXPECT_LE(far.nees, 4.5);
-  EXPECT_LT(far.smoothed_rmse_m, 0.060) << "errors of landmarks that stay cannot be smoothed away";
+  EXPECT_LT(far.smoothed_rmse_m, 0.060) << "smoothing cannot remove lasting landmark errors";
 
   const AerFigures near = run_aer(log, aer_options(1), start, true);
   std::printf("range <= 1 m: rmse %.4f m, NEES %.2f; smoothed %.4f m\n", near.rmse_m, near.nees,
@@ -262,10 +265,10 @@ TEST(LocalizationOfAer1513, BesideMotionCapture) {
   EXPECT_LE(near.nees, 4.5);
   EXPECT_LT(near.smoothed_rmse_m, near.rmse_m);
 
-  // Nobody says what the noise is: the log tells it.
-  RiekfOptions untold;
-  untold.camera_latency_s = aer_options(5).camera_latency_s;
-  const NoiseFit noise = adapt_noise(log.samples, log.map, log.laser, untold);
+  // Without given noise: it is estimated from the log.
+  RiekfOptions unknown_noise;
+  unknown_noise.camera_latency_s = aer_options(5).camera_latency_s;
+  const NoiseFit noise = adapt_noise(log.samples, log.map, log.laser, unknown_noise);
   const AerFigures adapted = run_aer(log, noise.options, {});
   std::printf(
       "noise from the log: rmse %.4f m, NEES %.2f (motion x %.1f, turn x %.1f, sensor x %.2f, tags %.3f m)\n",
@@ -274,7 +277,7 @@ TEST(LocalizationOfAer1513, BesideMotionCapture) {
   EXPECT_LE(adapted.rmse_m, 0.060);
   EXPECT_LE(adapted.nees, 6);
 
-  // Wrong by a metre and a half, by seven metres and half a turn, and not told at all.
+  // A start that is wrong by 1.5 m, by 7 m and half a turn, or not given.
   const SE2 off(start.x() + 1, start.y() + 1, start.yaw() + 0.1);
   const SE2 lost(start.x() + 5, start.y() + 5, start.yaw() + 2.5);
   for (const std::optional<SE2>& wrong : {std::optional(off), std::optional(lost), std::optional<SE2>()}) {

@@ -1,5 +1,5 @@
-// Where am I, judged: by the truth in simulation (consistent, efficient, hard to lose), by tape and motion
-// capture on two real logs.
+// Localisation evaluated against ground truth in simulation (consistent, efficient, robust), and against tape
+// and motion capture on two real logs.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -27,7 +27,7 @@ namespace {
 
 bool full() { return std::getenv("WAYMARK_FULL") != nullptr; }
 
-/// A lap as its robot would log it, and where it really was.
+/// A lap as its robot would log it, with the true poses.
 struct Drive {
   std::vector<Sample> samples{};
   std::vector<TruthPose> truth{};
@@ -69,23 +69,24 @@ Drive drive(const World& world, const RobotDescription& robot, std::uint64_t see
   return drive;
 }
 
-/// A robot of its kind, as the filter is told of it: what is constant in it and unknown is drawn.
+/// A robot of its kind as configured in the filter; its unknown constants are drawn.
 struct OneOfMany {
   RobotDescription robot;
   testing::TrueNoise noise{};
   RiekfOptions options{};
-  double askew_rad = 0;  ///< frame odom beside the heading when the drive begins
+  double askew_rad = 0;  ///< direction of odom relative to the initial heading
 };
 
 RiekfOptions exact_map() {
   RiekfOptions options;
   options.rotation = "odometry";
   options.tag_sigma_m = options.tag_sigma_rad = options.mounting_sigma_m = options.mounting_sigma_rad = 0;
-  options.motion.slow_time_s = 1e6;  // what is wrong with this robot stays wrong
+  options.motion.slow_time_s = 1e6;  // errors of this robot are constant
   return options;
 }
 
-/// The odometry of the Academy's exercise: a random walk, and a heading error that turns no distance.
+/// The odometry of the Academy's exercise: a random walk, and a heading error that does not rotate the
+/// translation.
 OneOfMany with_walking_odometry(RobotDescription robot, Random& random) {
   MotionSensorOptions& sensors = robot.simulation.sensors;
   sensors.odometry = "truth";
@@ -111,7 +112,7 @@ OneOfMany with_walking_odometry(RobotDescription robot, Random& random) {
   return one;
 }
 
-/// Wheels whose size is not quite known, a gyro with a bias, sideways slip.
+/// Wheels with an inaccurate radius, a gyro with a bias, lateral slip.
 OneOfMany with_wheels_and_gyro(RobotDescription robot, Random& random) {
   MotionSensorOptions& sensors = robot.simulation.sensors;
   DynamicsOptions& dynamics = robot.simulation.dynamics;
@@ -129,7 +130,7 @@ OneOfMany with_wheels_and_gyro(RobotDescription robot, Random& random) {
   dynamics.lateral_slip_s = random.normal(0, one.noise.slip_s);
   one.robot = robot;
   MotionNoise& noise = one.options.motion;
-  noise.along_m_sqrt_m = 0;  // encoders count in steps, but what one step lacks the next one has
+  noise.along_m_sqrt_m = 0;  // encoders are quantised, but the error of one step is compensated in the next
   noise.across_m_sqrt_m = 0;
   noise.slide_m_s = one.noise.slide_m_s;
   noise.slide_time_s = one.noise.slide_time_s;
@@ -144,10 +145,10 @@ OneOfMany with_wheels_and_gyro(RobotDescription robot, Random& random) {
   return one;
 }
 
-/// Of one moment, over the drives.
+/// Sums over the drives at one time.
 struct Moment {
   double sum = 0;
-  double freedom = 0;  ///< of the chi-square that it should be
+  double freedom = 0;  ///< degrees of freedom of the expected chi-square
 
   void add(double value, double degrees) {
     sum += value;
@@ -158,8 +159,8 @@ struct Moment {
 
 struct Figures {
   double squared_m2 = 0;
-  double covariance_m2 = 0;  ///< what the filter says
-  double bound_m2 = 0;       ///< what nobody can do better than
+  double covariance_m2 = 0;  ///< by the filter
+  double bound_m2 = 0;       ///< lower bound of any estimator
   int count = 0;
   int uncertain = 0;
   std::vector<Moment> nees{};
@@ -197,7 +198,7 @@ void score(const LocalizationEstimate& estimate, const SE2& truth, const Eigen::
   ++figures.count;
 }
 
-/// The filter on a drive, started beside the truth by what its covariance says.
+/// Runs the filter on a drive, starting at an error drawn from its covariance.
 void run(const Drive& drive, const World& world, const OneOfMany& one, Random& random, Figures& figures) {
   RiekfLocalizer filter(Landmarks(world.tags), {one.robot.camera, one.robot.model.base_T_cam}, one.options);
   testing::TrueNoise noise = one.noise;
@@ -222,7 +223,7 @@ void run(const Drive& drive, const World& world, const OneOfMany& one, Random& r
       const auto truth = drive.at(odometry->stamp);
       const auto estimate = filter.estimate();
       const auto bound = std::ranges::lower_bound(bounds, odometry->stamp, {}, &testing::BoundAt::stamp);
-      // Every half second: errors a moment apart are one error.
+      // Every 0.5 s, because errors close in time are nearly equal.
       if (++messages % 25 == 0 && truth && estimate && bound != bounds.end())
         score(*estimate, *truth, bound->covariance, messages / 25, figures);
     }
@@ -234,8 +235,8 @@ void run(const Drive& drive, const World& world, const OneOfMany& one, Random& r
 
 using Kind = OneOfMany (*)(RobotDescription, Random&);
 
-/// Every drive with a robot of its own. A mean over the drives at one moment has a 95 % interval (Bar-Shalom,
-/// Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4.2).
+/// Each drive has another robot. The mean over the drives at one time has a 95 % interval (Bar-Shalom, Li and
+/// Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4.2).
 void consistent_and_efficient(const std::string& world_name, const std::string& robot_name, Kind kind) {
   const char* odometry = kind == with_wheels_and_gyro ? "LIMO, wheels and gyro" : "odometry of the exercise";
   const World world = world_named(world_name);
@@ -252,19 +253,20 @@ void consistent_and_efficient(const std::string& world_name, const std::string& 
   const double nees = 3 * mean_of(all.nees);
   const double nis = mean_of(all.nis);
   std::printf(
-      "%d drives, said %.2f mm\nfigures: %s, %s | %.2f | %.2f | %.3f | %.2f | %.0f %% | %.3f | %.0f %%\n",
+      "%d drives, stated %.2f mm\nfigures: %s, %s | %.2f | %.2f | %.3f | %.2f | %.0f %% | %.3f | %.0f %%\n",
       drives, 1e3 * std::sqrt(all.covariance_m2 / all.count), world_name.c_str(), odometry,
       1e3 * all.rmse_m(), 1e3 * all.bound_m(), all.rmse_m() / all.bound_m(), nees,
       100 * share_inside(all.nees), nis, 100 * share_inside(all.nis));
-  // Few drives scatter more: the figures themselves are those of fifty.
+  // Few drives scatter more; the published figures are those of fifty.
   EXPECT_LT(all.rmse_m(), (full() ? 1.15 : 1.3) * all.bound_m());
-  EXPECT_GT(all.rmse_m(), (full() ? 0.9 : 0.75) * all.bound_m()) << "better than the bound: what is wrong?";
+  EXPECT_GT(all.rmse_m(), (full() ? 0.9 : 0.75) * all.bound_m())
+      << "better than the bound, which indicates an error";
   EXPECT_NEAR(nees, 3, 1.96 * std::sqrt(6.0 / drives));
   EXPECT_NEAR(nis, 1, 0.02);
-  // 95 % of the moments, of which some thirty in a drive are independent.
-  const auto too_sure = std::ranges::count_if(
+  // 95 % of the times, of which about thirty per drive are independent.
+  const auto overconfident = std::ranges::count_if(
       all.nees, [](const Moment& m) { return m.sum > m.freedom + 1.96 * std::sqrt(2 * m.freedom); });
-  EXPECT_LT(static_cast<double>(too_sure), 0.1 * static_cast<double>(all.nees.size()));
+  EXPECT_LT(static_cast<double>(overconfident), 0.1 * static_cast<double>(all.nees.size()));
   EXPECT_GT(share_inside(all.nees), full() ? 0.86 : 0.75);
   EXPECT_GT(share_inside(all.nis), full() ? 0.86 : 0.75);
   EXPECT_EQ(all.uncertain, 0);
@@ -273,10 +275,10 @@ void consistent_and_efficient(const std::string& world_name, const std::string& 
 TEST(LocalizationInSimulation, Circuit24IsConsistentAndEfficient) {
   consistent_and_efficient("circuit24", "limo", with_wheels_and_gyro);
 }
-TEST(LocalizationInSimulation, WithTheOdometryOfTheExerciseToo) {
+TEST(LocalizationInSimulation, TheOdometryOfTheExerciseIsConsistentAndEfficient) {
   consistent_and_efficient("circuit24", "limo", with_walking_odometry);
 }
-TEST(LocalizationInSimulation, TheAcademysHouseToo) {
+TEST(LocalizationInSimulation, TheAcademysHouseIsConsistentAndEfficient) {
   consistent_and_efficient("academy-house", "turtlebot3-waffle", with_walking_odometry);
 }
 

@@ -1,8 +1,9 @@
-// A lap with changes of direction: taught, mapped, and driven again cusps and all, by wheels that skid and by
-// wheels that steer; and a robot that stands at the stations of its route.
+// A lap with changes of direction is taught, mapped and repeated including its cusps, by skid-steered and
+// Ackermann robots; and a robot stops at the stations of its route.
 #include <array>
 #include <cmath>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "replay_course.hpp"
@@ -23,7 +24,7 @@ struct Manoeuvre {
   VelocityCommand command;
 };
 
-/// Forwards, backwards round a corner, forwards out of it.
+/// Forwards, backwards around a corner, forwards out of it.
 constexpr std::array kManoeuvres{Manoeuvre{6, {0.3, 0.18}},   Manoeuvre{1, {0, 0}},
                                  Manoeuvre{5, {-0.2, -0.12}}, Manoeuvre{1, {0, 0}},
                                  Manoeuvre{5, {0.25, 0.3}},   Manoeuvre{1, {0, 0}}};
@@ -82,8 +83,8 @@ double least_distance_m(const Trajectory& way, const Eigen::Vector3d& place) {
   return least;
 }
 
-/// Legs of 0.4 to 1.6 m, each in the other direction than the one before, with noise; between two legs the
-/// robot stands and, if `turns`, turns on the spot.
+/// Legs of 0.4 m to 1.6 m in alternating directions, with noise; between two legs the robot stops and, if
+/// `turns`, turns on the spot.
 Trajectory random_legs(Random& random, bool turns) {
   constexpr double kStep_m = 0.01;
   Trajectory driven;
@@ -106,7 +107,7 @@ Trajectory random_legs(Random& random, bool turns) {
   return driven;
 }
 
-TEST(ReversingRoute, WhatIsBuiltFromAnyLegsIsReadFromItsFile) {
+TEST(ReversingRoute, ARouteOfRandomLegsSurvivesItsFile) {
   Random random(7);
   int turning_points = 0;
   for (int i = 0; i < 300; ++i) {
@@ -123,11 +124,11 @@ TEST(ReversingRoute, WhatIsBuiltFromAnyLegsIsReadFromItsFile) {
 class Reversing : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Robots, Reversing, ::testing::Values("limo", "limo-ackermann"));
 
-TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
+TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndRepeated) {
   const Course course = circuit24(GetParam());
   const Taught taught = teach(setup_of(course, 21));
   MappedLap mapped = map(setup_of(course, 21), taught);
-  mapped.route = through_file(mapped.route);  // as `waymark map` writes it and `waymark replay` reads it
+  mapped.route = through_file(mapped.route);  // as `waymark map` writes and `waymark replay` reads it
   std::vector<double> cusps_m;
   for (std::size_t i = 1; i < mapped.route.points.size(); ++i) {
     const RoutePoint& a = mapped.route.points[i - 1];
@@ -137,7 +138,7 @@ TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
   EXPECT_FALSE(mapped.route.closed);
   const ReplayJudgement itself =
       judge_replay(taught.truth, taught.truth, course.world.tags, course.robot.model.hull).value();
-  ASSERT_GT(itself.min_clearance_m, 0.25) << "the lap that is taught leads past the tags";
+  ASSERT_GT(itself.min_clearance_m, 0.25) << "the taught lap does not touch the tags";
 
   SimulatedSetup setup = setup_of(course, 1021);
   LocalizerSetup localizer{.landmarks = Landmarks(mapped.map),
@@ -163,16 +164,16 @@ TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
   EXPECT_LT(judged.cross_track_rmse_m, 0.015);
   EXPECT_LT(judged.cross_track_max_m, 0.04);
   EXPECT_LT(judged.heading_rmse_deg, 2);
-  // Each turning point was reached, and the end.
+  // Each turning point and the end were reached.
   for (const double cusp_m : cusps_m)
     EXPECT_LT(least_distance_m(way, lift(pose_at(mapped.route, cusp_m)).translation()), 0.04) << cusp_m;
   EXPECT_LT((way.back().map_T_base.translation() - taught.truth.back().map_T_base.translation()).norm(),
             0.05);
 }
 
-TEST(Stations, TheRobotStandsStillAtEachAndIsNotDrivenBack) {
+TEST(Stations, TheRobotStopsAtEachAndDoesNotReverse) {
   Course course = circuit24();
-  course.route.stations = {{.name = "shelf", .arc_length_m = 3, .pause_s = 6},  // longer than it is given up
+  course.route.stations = {{.name = "shelf", .arc_length_m = 3, .pause_s = 6},  // longer than give_up_s
                            {.name = "door", .arc_length_m = 3.4, .pause_s = 0.5}};
   const SimulatedSetup setup = setup_of(course, 5);
   LocalizerSetup localizer{.landmarks = Landmarks(course.world.tags),
@@ -183,10 +184,10 @@ TEST(Stations, TheRobotStandsStillAtEachAndIsNotDrivenBack) {
   Replayer replayer(make_localization_method(localizer).value(), course.route, course.world.tags, setup.model,
                     options);
   std::vector<std::string> visits;
-  double stood_s = 0;
-  double moved_m = 0;  // while it was to stand: after the half second it needs to a standstill
+  double stopped_s = 0;
+  double moved_m = 0;  // while it should be stopped, after the 0.5 s that it needs to stop
   double backwards_m = 0;
-  bool stands = false;
+  bool at_station = false;
   std::optional<SE2> last;
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) {
@@ -195,16 +196,16 @@ TEST(Stations, TheRobotStandsStillAtEachAndIsNotDrivenBack) {
     const SE2 here = project_to_plane(truth->map_T_base);
     const double ahead = last ? (last->inverse() * here).x() : 0;
     backwards_m = std::max(backwards_m, -ahead);
-    if (stands && stood_s > 0.5) moved_m = std::max(moved_m, std::abs(ahead));
+    if (at_station && stopped_s > 0.5) moved_m = std::max(moved_m, std::abs(ahead));
     last = here;
     return Status();
   };
   listener.on_step = [&](SensorTime, const ReplayStep& step) {
-    stands = step.state == ReplayState::AtStation;
-    if (stands && stood_s == 0) visits.push_back(step.station->name);
-    stood_s = stands ? stood_s + 0.05 : 0;
-    if (stands) {
-      EXPECT_NE(step.reason.value_or("").find("at '" + step.station->name), std::string::npos);
+    at_station = step.state == ReplayState::AtStation;
+    if (at_station && stopped_s == 0) visits.push_back(step.station->name);
+    stopped_s = at_station ? stopped_s + 0.05 : 0;
+    if (at_station) {
+      EXPECT_THAT(step.reason.value_or(""), ::testing::HasSubstr("'" + step.station->name + "'"));
       EXPECT_NEAR(step.progress->arc_length_m, step.station->arc_length_m, 0.03);
     }
     return Status();

@@ -173,7 +173,7 @@ class EvaluateTrajectory(unittest.TestCase):
         self.write("columns.csv", "a,b\n1,2\n")
         self.write("nan.csv", "x_m,y_m\n0,0\n1,nan\n")
         for words, part in (
-                (["late.txt", "truth.txt"], "no estimate is at a time the reference knows"),
+                (["late.txt", "truth.txt"], "no estimate is within the time of the reference"),
                 (["two.txt", "truth.txt", "--alignment", "se3"], "too few to align"),
                 (["bad.txt", "truth.txt"], "bad.txt:1"),
                 (["empty.txt", "truth.txt"], "empty.txt"),

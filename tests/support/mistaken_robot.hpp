@@ -13,10 +13,10 @@
 #include "tests/support/tag_ring.hpp"
 #include "waymark/localization/innovation_fits.hpp"
 
-/// Drives in the ring of tags of a robot that is another than its filter is told.
+/// Drives in the ring of tags with a robot that differs from the configuration of its filter.
 namespace waymark::test {
 
-/// How the robot differs from what its filter is told.
+/// Difference between the robot and the configuration of its filter.
 struct Mistake {
   SE3 wrong_mounting{};  ///< left tangent in base
   double focal_scale = 1;
@@ -29,7 +29,7 @@ struct MistakenDrive {
   std::vector<std::pair<SensorTime, SE2>> truth{};
 };
 
-/// The sensor as it is.
+/// The true sensor.
 inline MountedSensor mistaken_sensor(const Mistake& truth) {
   MountedSensor sensor = testing::mounted_sensor();
   sensor.base_T_sensor = truth.wrong_mounting * sensor.base_T_sensor;
@@ -37,7 +37,7 @@ inline MountedSensor mistaken_sensor(const Mistake& truth) {
   return calibrated_sensor(sensor, numbers);
 }
 
-/// Bends to both sides at changing speeds in the ring of tags. Tags hang 2 mm and 2 mrad from their places.
+/// Bends to both sides at changing speeds in the ring of tags. Tags are 2 mm and 2 mrad off their map poses.
 inline MistakenDrive mistaken_drive(const Mistake& truth, double seconds, std::uint64_t seed) {
   Random random(seed);
   TagMap hung = testing::ring();

@@ -15,12 +15,12 @@
 
 namespace waymark::test {
 
-/// A node on a network of its own.
+/// A node on its own network.
 class Node : public ::testing::Test {
  protected:
   void SetUp() override { node_ = Ros2Node::start(std::make_unique<FakeBus>(network_), feed_).value(); }
 
-  /// The messages of a topic as soon as there are so many; what there is after ten seconds.
+  /// The messages of a topic once there are `many`; after ten seconds, those received so far.
   std::vector<std::vector<std::uint8_t>> sent(const std::string& topic, std::size_t many) {
     const Duration deadline = steady_now() + std::chrono::seconds(10);
     while (steady_now() < deadline) {

@@ -14,14 +14,13 @@
 #include "tests/support/tiny_robot.hpp"
 #include "waymark/runtime/operator_session.hpp"
 
-/// An operator's session on the loop, with a robot that is a few lines, tasks that only count, and buttons
-/// that are a script.
+/// An operator's session on the loop, with a simulated robot, counting tasks and scripted buttons.
 namespace waymark::test {
 
 using E = OperatorEvent;
 using S = OperatorState;
 
-/// Recordings and maps that are numbers.
+/// Tasks that count recordings and maps.
 class FakeTasks final : public OperatorTasks {
  public:
   Status start_lap() override {
@@ -87,7 +86,7 @@ class FakeTasks final : public OperatorTasks {
   std::unique_ptr<ReplaySession> session_{};
 };
 
-/// Presses what the plan says, each after some time in a state; holds a stick all the time, and a pad.
+/// Presses buttons by a plan, each after some time in a state; holds a stick and a gamepad all the time.
 class PlannedInput final : public OperatorInput {
  public:
   struct Step {
@@ -112,7 +111,7 @@ class PlannedInput final : public OperatorInput {
   [[nodiscard]] bool finished() const { return next_ == plan_.size(); }
 
   std::optional<S> fails_in{};
-  std::optional<S> pose_in{};  ///< somebody says where the robot is, all the time
+  std::optional<S> pose_in{};  ///< a pose is given all the time in this state
 
  private:
   std::vector<Step> plan_;
@@ -123,7 +122,7 @@ class PlannedInput final : public OperatorInput {
 
 using Plan = std::vector<PlannedInput::Step>;
 
-/// What leads to a state, from the beginning.
+/// The plan from the start to a state.
 inline Plan way_to(S state) {
   const Plan way = {
       {S::Idle, 0.5, E::Go}, {S::Teaching, 1, E::Go}, {S::Ready, 0.5, E::Go}, {S::Replaying, 1.5, E::Go}};
@@ -180,7 +179,7 @@ struct Drive {
     EXPECT_EQ(tasks.maps_taken, tasks.maps_begun);
     EXPECT_EQ(static_cast<int>(tasks.replays.size()), tasks.replays_begun);
     EXPECT_EQ(robot.last(), VelocityCommand{});
-    EXPECT_EQ(fastest_elsewhere_m_s, 0) << "it moves while it is taught or replays, and never else";
+    EXPECT_EQ(fastest_elsewhere_m_s, 0) << "it moves only while teaching or replaying";
   }
 
   TinyRobot robot{};
@@ -189,7 +188,7 @@ struct Drive {
   std::function<bool()> stop_pressed{};
   std::function<bool()> interrupt{};
   std::optional<S> dies_in{};
-  bool carried_back = false;  ///< to the begin of the route, after each replay
+  bool carried_back = false;  ///< to the start of the route, after each replay
   S last = S::Idle;
   Duration since{};
   double fastest_elsewhere_m_s = 0;

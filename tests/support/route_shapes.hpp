@@ -13,8 +13,7 @@
 /// Laps and routes of simple shapes.
 namespace waymark::test {
 
-/// A drive round a circle of radius 2 with 1 cm of noise, a little further than once round, standing still at
-/// both ends.
+/// A drive around a circle of 2 m radius with noise, for the given number of turns, stationary at both ends.
 inline Trajectory circle_lap(double sigma_m, double turns) {
   Random random(1);
   Trajectory trajectory;
