@@ -1,6 +1,6 @@
-// A camera's picture to the grey picture of the detector, beside a memcpy of the grey picture's bytes: what
-// capturing adds to each frame, since the driver's buffer must be given back. MJPG is a JPEG that has to be
-// decoded.
+// Conversion of a camera image to the grey image of the detector, compared with a memcpy of the grey image's
+// bytes: the cost of capturing per frame, because the driver's buffer must be returned. MJPG is a JPEG that
+// has to be decoded.
 #include <cstring>
 #include <map>
 #include <string>
@@ -21,7 +21,7 @@ struct Raw {
   std::vector<std::uint8_t> bytes{};
 };
 
-/// A picture with structure and noise.
+/// An image with structure and noise.
 Image picture(int width, int height) {
   Image image(width, height);
   Random random(1);

@@ -1,4 +1,5 @@
-// The detector beside libapriltag itself, on rendered pictures of twenty tags before a cluttered background.
+// The detector compared with libapriltag itself, on rendered images of twenty tags in front of a cluttered
+// background.
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -19,7 +20,8 @@ namespace {
 
 using Size = std::pair<int, int>;
 
-/// Tags of 15 cm at 0.7 to 4 m, tilted up to 50 degrees, in a picture of about 60 degrees.
+/// Tags of 15 cm at 0.7 to 4 m, tilted up to 50 degrees, in an image with a field of view of about 60
+/// degrees.
 const Image& picture(const Size& size) {
   static std::map<Size, Image> pictures;
   if (const auto found = pictures.find(size); found != pictures.end()) return found->second;
@@ -80,11 +82,11 @@ const bool kRegistered = [] {
   const RawSettings same{ours.max_hamming, ours.decode_sharpening, ours.min_white_black_diff};
   for (const Size& size : {Size(640, 480), Size(1280, 720), Size(1920, 1080)}) {
     const std::string name = fmt::format("{}x{}", size.first, size.second);
-    // What the wrapping costs.
+    // Cost of the wrapper.
     benchmark::RegisterBenchmark(("detect/peer:libapriltag, our settings/" + name).c_str(),
                                  detect_with_libapriltag, size, same)
         ->Unit(benchmark::kMillisecond);
-    // What the defaults gain or lose.
+    // Effect of the defaults.
     benchmark::RegisterBenchmark(("detect/peer:libapriltag, its settings/" + name).c_str(),
                                  detect_with_libapriltag, size, RawSettings())
         ->Unit(benchmark::kMillisecond);

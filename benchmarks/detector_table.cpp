@@ -1,6 +1,6 @@
-// What detectors find and what they cost, in one run: rendered sets with truth, photographs, pictures without
-// tags. One JSON object a line and a detector; tools/detector_table.py makes docs/results/detection.md of
-// them.
+// Detection rate and cost of detectors in one run: rendered sets with ground truth, photographs, images
+// without tags. One JSON object per line and detector; tools/detector_table.py makes
+// docs/results/detection.md from them.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -43,10 +43,10 @@ struct Peer {
 
 struct Flags {
   std::optional<std::filesystem::path> data;
-  std::optional<std::filesystem::path> tag_free;  ///< a folder of pictures without tags
+  std::optional<std::filesystem::path> tag_free;  ///< a folder of images without tags
   std::uint64_t seed = testing::kSetSeed;
   std::vector<std::string> sets;
-  std::vector<std::string> only;  ///< parts of detectors' names; all where there is none
+  std::vector<std::string> only;  ///< parts of detectors' names; empty: all
   int repeats = 5;
 };
 
@@ -61,7 +61,7 @@ Peer refined_peer_of(std::string name, Result<std::unique_ptr<Detector>> made) {
           [finder](const Image& image) { return find_tags(image, *finder, nullptr).value().detections; }};
 }
 
-/// libapriltag with its own settings but for what is named.
+/// libapriltag with its own settings except the given ones.
 DetectorOptions library(double decimate, int min_white_black_diff) {
   DetectorOptions options;
   options.max_hamming = 2;
@@ -72,7 +72,7 @@ DetectorOptions library(double decimate, int min_white_black_diff) {
 }
 
 #ifdef WAYMARK_OPENCV_ARUCO
-/// OpenCV counts pixel centres from 0, and the corners of its AprilTag dictionaries from BR.
+/// OpenCV's pixel centres start at 0, and the corners of its AprilTag dictionaries at BR.
 std::vector<TagDetection> detect_aruco(const Image& image) {
   static const cv::Ptr<cv::aruco::Dictionary> dictionary =
       cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
@@ -130,10 +130,10 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// What one detector did on one set.
+/// Results of one detector on one set.
 struct Tally {
   std::vector<ImageDetections> answers;
-  std::vector<double> ms;  ///< least processor time of each picture
+  std::vector<double> ms;  ///< minimum processor time of each image
 };
 
 void add(Tally& tally, const Peer& peer, const Image& image, const std::vector<TrueTag>& truth, int repeats) {
@@ -148,7 +148,7 @@ void add(Tally& tally, const Peer& peer, const Image& image, const std::vector<T
   tally.answers.push_back({std::move(found), truth});
 }
 
-/// "found/truth" of each class, rows of sizes.
+/// "found/truth" of each class, one row per size.
 std::string classes(const DetectionScores& scores) {
   std::string rows;
   for (const auto& by_tilt : scores.by_size_and_tilt) {
@@ -171,7 +171,7 @@ void print(std::string_view set, const Peer& peer, const Tally& tally, bool with
   std::cout << "}" << std::endl;
 }
 
-/// Lines of (set, detector) from pictures that are made or read one after the other.
+/// Lines of (set, detector) from images that are generated or read one by one.
 void measure(const std::string& set, std::size_t pictures,
              const std::function<TagPicture(std::size_t)>& picture, const Flags& flags,
              bool with_classes = false) {
@@ -204,7 +204,7 @@ void measure_clean(const std::filesystem::path& folder, const Flags& flags) {
       flags, true);
 }
 
-/// Photographs have no truth: what is found is counted, and the time.
+/// Photographs have no ground truth: counts detections and measures the time.
 void measure_photographs(const std::filesystem::path& folder, const Flags& flags) {
   std::vector<Image> photographs;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -221,7 +221,7 @@ void measure_photographs(const std::filesystem::path& folder, const Flags& flags
       flags);
 }
 
-/// Whatever is found in pictures without tags is wrong. Those larger than detectors take are left out.
+/// All detections in images without tags are false. Skips images larger than detectors accept.
 void measure_tag_free(const std::filesystem::path& folder, const Flags& flags) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -271,7 +271,7 @@ int main(int count, char** words) {
     if (flag == "--repeats") flags.repeats = std::stoi(value);
     if (flag == "--draw") draw = value;
   }
-  if (!draw.empty()) {  // one picture of each set, to look at
+  if (!draw.empty()) {  // one image of each set, for inspection
     for (const testing::TagSet& set : testing::tag_sets()) {
       const auto path = draw / (std::string(set.name) + ".png");
       if (!write_image(path, testing::tag_picture(set.name, 1, flags.seed).image)) return EXIT_FAILURE;

@@ -1,7 +1,8 @@
-// From the end of an exposure to the command at the robot, with its parts: a process that plays a robot sends
-// rendered pictures through the watchdog, and stamps the orders that come back. The same program is both.
+// Latency from the end of an exposure to the command at the robot, with its parts: a process that simulates a
+// robot sends rendered images through the watchdog, and stamps the orders that return. The same program plays
+// both roles.
 //
-// usage: latency_benchmark [PICTURES]
+// usage: latency_benchmark [IMAGES]
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -39,7 +40,7 @@ constexpr Duration kPause = std::chrono::milliseconds(60);
 struct RobotSetup {
   World world;
   RobotDescription robot;
-  std::vector<PathPoint> path;  ///< a point a millimetre
+  std::vector<PathPoint> path;  ///< one point per millimetre
 };
 
 RobotSetup make_setup() {
@@ -61,14 +62,14 @@ void write_line(const std::string& line) {
   (void)std::fflush(stdout);
 }
 
-void say_odometry(const RobotSetup& setup, Duration time) {
+void send_odometry(const RobotSetup& setup, Duration time) {
   const Odometry odometry{SensorTime(time), place(setup, Duration{}).inverse() * place(setup, time),
                           kSpeed_m_s, 0};
   write_line(to_line(Sample(odometry)));
 }
 
-/// The robot: writes a picture, waits for the order that it causes, and says how long it took.
-int be_the_robot(int pictures) {
+/// The robot: writes an image, waits for the resulting order, and reports the latency.
+int run_robot(int pictures) {
   const RobotSetup setup = make_setup();
   const auto world = std::make_shared<const World>(setup.world);
   auto scene_camera =
@@ -92,7 +93,7 @@ int be_the_robot(int pictures) {
     std::this_thread::sleep_for(kPause);
     const Duration time = kFramePeriod * i;
     for (int k = kOdometryPerFrame; k-- > 0;) {
-      if (i > 0 || k == 0) say_odometry(setup, time - k * kFramePeriod / kOdometryPerFrame);
+      if (i > 0 || k == 0) send_odometry(setup, time - k * kFramePeriod / kOdometryPerFrame);
     }
     const Duration exposed = steady_now();
     write_line(to_line(Sample(CameraFrame{.stamp = SensorTime(time)}), jpegs[static_cast<std::size_t>(i)]));
@@ -148,8 +149,8 @@ class Meter {
                               {"whole"}}};
 };
 
-/// The loop of a replay, with a clock between its parts.
-int be_waymark(const std::string& self, int pictures) {
+/// The loop of a replay, with time measurements between its parts.
+int run_replay(const std::string& self, int pictures) {
   const RobotSetup setup = make_setup();
   Trajectory taught;
   for (std::size_t i = 0; i < setup.path.size(); i += 20)
@@ -208,6 +209,6 @@ int be_waymark(const std::string& self, int pictures) {
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv, argv + argc);
   constexpr int kPictures = 300;
-  if (words.size() == 3 && words[1] == "--robot") return waymark::be_the_robot(std::atoi(argv[2]));
-  return waymark::be_waymark(words[0], words.size() > 1 ? std::atoi(argv[1]) : kPictures);
+  if (words.size() == 3 && words[1] == "--robot") return waymark::run_robot(std::atoi(argv[2]));
+  return waymark::run_replay(words[0], words.size() > 1 ? std::atoi(argv[1]) : kPictures);
 }

@@ -1,9 +1,9 @@
-// What viewers cost the loop of a robot: the time from one round's begin to its end (samples published, a
-// fixed piece of work done), without viewers and with four that read everything and one that never reads, in
-// turns of without, with, with, without, so that whatever else the machine does meets both alike.
-// A table of all rounds, and the ratio of p99 turn by turn with its scatter; beside it the same ratio of the
-// two stretches without viewers, which is what the machine alone does to it. usage: live_loop_benchmark
-// [TURNS [SECONDS]]     SECONDS of each of the four stretches
+// Cost of viewers for the loop of a robot: the time of one round (samples published, a fixed amount of work
+// done), without viewers and with four that read everything and one that never reads. The order is without,
+// with, with, without, so that other load on the machine affects both alike. Prints a table of all rounds,
+// and the ratio of p99 turn by turn with its scatter. For comparison, the same ratio between the two segments
+// without viewers shows the effect of the machine alone. usage: live_loop_benchmark [TURNS [SECONDS]]
+// SECONDS of each of the four segments
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -33,9 +33,9 @@ using namespace waymark;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPeriod{10};
-constexpr int kPictureEvery = 3;  // 33 a second
+constexpr int kRoundsPerImage = 3;  // 33 per second
 
-/// A WebSocket as plain bytes: asks to be upgraded, subscribes to all, and reads, or does not.
+/// A WebSocket as plain bytes: requests the upgrade, subscribes to all topics, and reads or does not.
 class Viewer {
  public:
   Viewer(std::uint16_t port, bool reads) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -46,16 +46,16 @@ class Viewer {
     here.sin_port = htons(port);
     here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (connect(socket_, reinterpret_cast<const sockaddr*>(&here), sizeof here) != 0) std::abort();
-    say(fmt::format(
+    send(fmt::format(
         "GET / HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nUpgrade: websocket\r\nConnection: "
         "Upgrade\r\nSec-WebSocket-Version: 13\r\n"
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n",
         port));
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     std::string wanted = R"({"op":"subscribe","subscriptions":[)";
-    for (int i = 0; i < 5; ++i)  // state, picture, tags, odometry, frames
+    for (int i = 0; i < 5; ++i)  // state, image, tags, odometry, frames
       wanted += fmt::format(R"({}{{"id":{},"channelId":{}}})", i == 0 ? "" : ",", i, i);
-    say_frame(wanted + "]}");
+    send_frame(wanted + "]}");
     if (reads) thread_ = std::thread([this] { read_all(); });
   }
   Viewer(const Viewer&) = delete;
@@ -68,18 +68,18 @@ class Viewer {
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
  private:
-  void say(const std::string& text) {
+  void send(const std::string& text) {
     if (send(socket_, text.data(), text.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(text.size()))
       std::abort();
   }
   /// Masked with zeros: a client must mask.
-  void say_frame(const std::string& text) {
+  void send_frame(const std::string& text) {
     std::string frame = "\x81\xfe";
     frame += static_cast<char>(text.size() >> 8U);
     frame += static_cast<char>(text.size() & 0xffU);
-    say(frame + std::string(4, '\0') + text);
+    send(frame + std::string(4, '\0') + text);
   }
-  /// As a viewer on another computer: it takes no time from the robot's.
+  /// Reads like a viewer on another computer, which takes no time from the robot's.
   void read_all() {
     const sched_param none{};
     static_cast<void>(sched_setscheduler(0, SCHED_IDLE, &none));
@@ -93,7 +93,7 @@ class Viewer {
   std::atomic<std::uint64_t> bytes_{0};
 };
 
-/// A millisecond of work, as a detector would do, that no compiler leaves out.
+/// A millisecond of work, like a detector's, that compilers cannot remove.
 std::uint64_t work(const std::vector<std::uint8_t>& pixels) {
   std::uint64_t sum = 0;
   for (int pass = 0; pass < 4; ++pass) {
@@ -118,9 +118,9 @@ Image noise_picture() {
 /// Of rounds of the loop [ms].
 struct Rounds {
   std::vector<double> took{};
-  std::vector<double> processor{};  ///< of it, on the processor
-  std::vector<double> published{};  ///< of it, handing over to the server
-  long interrupted = 0;             ///< so many times something else was let run in the middle
+  std::vector<double> processor{};  ///< processor time of the round
+  std::vector<double> published{};  ///< time for publishing
+  long interrupted = 0;             ///< number of preemptions
 
   void add(const Rounds& more) {
     for (const auto part : {&Rounds::took, &Rounds::processor, &Rounds::published})
@@ -148,7 +148,7 @@ long interruptions() {
 void publish(LiveFeed& feed, const Sample& picture, int round) {
   const std::int64_t now_ns = std::chrono::system_clock::now().time_since_epoch().count();
   const SensorTime stamp{Duration(now_ns)};
-  if (round % kPictureEvery == 0) {
+  if (round % kRoundsPerImage == 0) {
     feed.publish(picture, now_ns);
     feed.publish(Sample(TagFrame{.stamp = stamp}), now_ns);
   }
@@ -183,12 +183,12 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// The server, its viewers when they are there, and the loop.
+/// The server, its viewers if there are any, and the loop.
 class Bench {
  public:
   explicit Bench(HttpServer& server, LiveFeed& feed) : server_(server), feed_(feed) {
     static_cast<void>(rounds_of(feed_, picture_, 1, sum));
-    const Viewer first(server_.port(), true);  // makes the channels known
+    const Viewer first(server_.port(), true);  // creates the channels
     static_cast<void>(rounds_of(feed_, picture_, 0.5, sum));
   }
   Rounds stretch(bool watched, double seconds) {
@@ -198,7 +198,7 @@ class Bench {
     Rounds rounds = rounds_of(feed_, picture_, seconds, sum);
     for (const auto& viewer : viewers) bytes += viewer->bytes();
     viewers.clear();
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // they are gone
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until they are gone
     return rounds;
   }
   std::uint64_t bytes = 0;

@@ -1,8 +1,7 @@
-// A robot whose camera is as quick as one wants: the pictures of a recording with their tags, read
-// beforehand, go through the real feed and server to the page, stamped with the time at which they are
-// published. For viewer/test/age.mjs, which says how old they are on the screen: a simulator that draws 30
-// pictures a second would leave the browser no processor. Ends with its input. usage: live_pictures RECORDING
-// [HZ]
+// A robot with a camera of any rate: the images of a recording with their tags, read in advance, go through
+// the real feed and server to the page, stamped at publication. For viewer/test/age.mjs, which measures their
+// age on the screen; a simulator that renders 30 images per second would leave the browser no processor time.
+// Ends with its input. usage: live_pictures RECORDING [HZ]
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -23,7 +22,7 @@ namespace {
 
 using namespace waymark;
 
-constexpr std::size_t kMaxPictures = 300;  // 92 MB
+constexpr std::size_t kMaxImages = 300;  // 92 MB
 
 struct Seen {
   CameraFrame picture{};
@@ -38,7 +37,7 @@ Result<std::vector<Seen>> read(MessageLog& log) {
     if (const auto* odometry = std::get_if<Odometry>(&sample)) next.odometry = *odometry;
     if (const auto* picture = std::get_if<CameraFrame>(&sample)) next.picture = *picture;
     const auto* tags = std::get_if<TagFrame>(&sample);
-    if (tags == nullptr || tags->stamp != next.picture.stamp || all.size() >= kMaxPictures) return {};
+    if (tags == nullptr || tags->stamp != next.picture.stamp || all.size() >= kMaxImages) return {};
     next.tags = *tags;
     all.push_back(next);
     return {};
@@ -54,7 +53,7 @@ bool input_ended() {
   return poll(&ready, 1, 0) > 0 && ::read(STDIN_FILENO, &byte, 1) <= 0;
 }
 
-/// To and fro through the recording, so that nothing jumps.
+/// Back and forth through the recording, so that nothing jumps.
 void publish_all(LiveFeed& feed, const std::vector<Seen>& seen, double hz) {
   using Clock = std::chrono::steady_clock;
   const auto period = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / hz));

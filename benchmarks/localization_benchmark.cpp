@@ -1,6 +1,6 @@
-// One frame of tags and the motion since the one before: the whole localizer (gates, considered errors, one
-// second of history) beside a plain EKF of x, y and yaw of the same corners, written with Eigen as a textbook
-// has it.
+// One frame of tags and the motion since the previous one: the entire localizer (gates, considered errors,
+// one second of history) compared with a plain textbook EKF of x, y and yaw with the same corners, written
+// with Eigen.
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -41,7 +41,7 @@ struct Step {
   TagFrame frame{};
 };
 
-/// A circle, with as many steps as asked for.
+/// A circle with the given number of steps.
 std::vector<Step> circle(int count) {
   Random random(1);
   const TagMap map = ring();
@@ -127,7 +127,7 @@ class PlainEkf {
   bool started_ = false;
 };
 
-/// Of this thread alone: what else the machine does is not the filter's.
+/// Of this thread alone, excluding other load on the machine.
 double thread_us() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -150,8 +150,8 @@ void ours(benchmark::State& state) {
   }
 }
 
-/// How long single frames take. Reading the clock twice a frame is a fifth of what a frame takes, so that
-/// this is not what is compared.
+/// Duration of single frames. Reading the clock twice per frame takes a fifth of a frame, so this is not used
+/// for the comparison.
 void each(benchmark::State& state) {
   const std::vector<Step> steps = circle(300);
   std::vector<double> each_us;

@@ -1,6 +1,6 @@
-// Writes a recording of ten minutes and 300 MB as `waymark teach --record-images jpeg` would, for the test of
-// how quickly the page scrubs: pictures of noise of 25 kB at 20 a second, odometry and truth at 50, two tags
-// in each picture. usage: long_recording FILE [SECONDS]
+// Writes a recording of ten minutes and 300 MB like `waymark teach --record-images jpeg`, for the test of the
+// page's scrubbing speed: images of noise of 25 kB at 20 per second, odometry and truth at 50, two tags in
+// each image. usage: long_recording FILE [SECONDS]
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -31,9 +31,9 @@ Image noise_picture(std::uint32_t seed) {
 }
 
 Status write(SampleRecorder& recorder, int seconds) {
-  constexpr std::size_t kPictureBytes = 25'000;
+  constexpr std::size_t kImageBytes = 25'000;
   std::vector<Bytes> pictures;
-  for (std::uint32_t i = 0; i < 64; ++i) {  // more than a chunk holds: else they would pack well
+  for (std::uint32_t i = 0; i < 64; ++i) {  // more than a chunk holds, so they do not compress well
     auto jpeg = encode_jpeg(noise_picture(i * 7 + 1), 30);
     if (!jpeg) return tl::unexpected(jpeg.error());
     pictures.push_back(std::move(*jpeg));
@@ -46,11 +46,11 @@ Status write(SampleRecorder& recorder, int seconds) {
     const SE2 map_T_base(2 * std::cos(angle), 2 * std::sin(angle), angle + 1.5707963);
     Status status = recorder.add(Odometry{.stamp = stamp, .odom_T_base = map_T_base, .speed_m_s = 0.2});
     if (status) status = recorder.add(TruthPose{stamp, lift(map_T_base)});
-    if (status && i % 5 < 2) {  // 20 a second
+    if (status && i % 5 < 2) {  // 20 per second
       ros2::CompressedImage message{.header = ros2::to_ros(CameraFrame{.stamp = stamp}).header,
                                     .format = "jpeg"};
       message.data = pictures[static_cast<std::size_t>(i) % pictures.size()];
-      while (message.data.size() < kPictureBytes) {  // what follows the end of a JPEG is passed over
+      while (message.data.size() < kImageBytes) {  // decoders skip data after the end of a JPEG
         noise = noise * 1664525U + 1013904223U;
         message.data.push_back(static_cast<std::uint8_t>(noise >> 24U));
       }

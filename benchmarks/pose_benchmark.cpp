@@ -1,5 +1,5 @@
-// The pose of one tag beside OpenCV's and libapriltag's, and of the camera from eight tags beside OpenCV's
-// solvePnP.
+// The pose of one tag compared with OpenCV's and libapriltag's, and of the camera from eight tags compared
+// with OpenCV's solvePnP.
 #include <deque>
 #include <string>
 #include <vector>
@@ -50,7 +50,7 @@ void one_tag_peer(benchmark::State& state, const CameraModel& camera, Call&& cal
   for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(call(peers[i++ % kViews]));
 }
 
-/// Eight tags, the middle of a robot's day: 30 to 120 px, all where the map says, or two of them moved.
+/// Eight tags, a typical view of a robot: 30 to 120 px, all at their poses in the map, or two of them moved.
 struct Scene {
   TagMap map;
   std::vector<TagDetection> seen;
@@ -95,7 +95,7 @@ void eight_tags_ours(benchmark::State& state, const CameraModel& camera, int mov
   state.counters["rejected"] = static_cast<double>(rejected) / static_cast<double>(i);
 }
 
-/// The same 32 corners in one go, without a guard against moved tags and without a covariance.
+/// The same 32 corners in one solution, without rejection of moved tags and without a covariance.
 void eight_tags_opencv(benchmark::State& state, const CameraModel& camera, int method) {
   const std::vector<Scene> all = scenes(camera, 0);
   const PinholeRadtan& lens = lens_of(camera);

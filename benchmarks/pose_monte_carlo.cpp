@@ -1,5 +1,5 @@
-// How often, and by how much, the pose of one tag is wrong: by size and tilt, for us, OpenCV and libapriltag
-// on the same corners. Prints CSV; docs/concepts/pose.md shows its table.
+// Rate and size of errors of single-tag poses by size and tilt, for Waymark, OpenCV and libapriltag on the
+// same corners. Prints CSV; docs/concepts/pose.md shows its table.
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -41,7 +41,7 @@ constexpr const char* kUsage =
 
 struct Found {
   SE3 chosen{};
-  std::vector<SE3> both{};  ///< where the method gives them
+  std::vector<SE3> both{};  ///< if the method returns them
   std::vector<PoseCovariance> covariances{};
 };
 
@@ -61,7 +61,7 @@ double tilt_rad(const SE3& cam_T_tag) {
   return std::acos(std::clamp(z.dot(cam_T_tag.translation().normalized()), -1.0, 1.0));
 }
 
-/// The pose with which the true one is confused: the other closed-form solution of its exact image.
+/// The pose that is confused with the true one: the other closed-form solution of its exact image.
 SE3 mirrored(const SE3& cam_T_tag) {
   std::array<Eigen::Vector3d, 4> bearings;
   for (std::size_t i = 0; i < 4; ++i) bearings[i] = (cam_T_tag * testing::tag_corners()[i]).normalized();

@@ -1,6 +1,6 @@
 #pragma once
 
-// The pose of one tag as OpenCV and libapriltag find it, in our conventions.
+// Pose of one tag by OpenCV and libapriltag, in our conventions.
 #include <apriltag/apriltag_pose.h>
 
 #include <cstdlib>
@@ -22,7 +22,7 @@ namespace waymark::peers {
 /// minimum and 50 more.
 class Libapriltag {
  public:
-  /// The lens must have no distortion: estimate_tag_pose knows none.
+  /// The lens must have no distortion, which estimate_tag_pose does not support.
   Libapriltag(const PinholeRadtan& lens, const TagDetection& seen, double size_m)
       : H_(static_cast<matd_t*>(std::calloc(1, sizeof(matd_t) + 9 * sizeof(double))), std::free) {
     H_->nrows = H_->ncols = 3;
@@ -45,7 +45,7 @@ class Libapriltag {
     estimate_tag_pose(&info_, &pose);
     const Eigen::Matrix3d R = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(pose.R->data);
     const Eigen::Vector3d t = Eigen::Map<const Eigen::Vector3d>(pose.t->data);
-    // matd_destroy is free, and Debian's library does not export it.
+    // matd_destroy only calls free, and Debian's library does not export it.
     std::free(pose.R);
     std::free(pose.t);
     return {SO3::from_quaternion(Eigen::Quaterniond(R)), t};
@@ -64,7 +64,7 @@ class OpenCv {
   OpenCv(const PinholeRadtan& lens, const TagDetection& seen, double size_m)
       : K_(lens.fx, 0, lens.cx - 0.5, 0, lens.fy, lens.cy - 0.5, 0, 0, 1),
         k_(lens.k.begin(), lens.k.begin() + lens.coefficients) {
-    // Their tag frame has y up and z towards the reader.
+    // Their tag frame has y up and z towards the viewer.
     const double h = size_m / 2;
     corners_ = {{-h, h, 0}, {h, h, 0}, {h, -h, 0}, {-h, -h, 0}};
     for (const auto& p : seen.corners_px) px_.emplace_back(p.x() - 0.5, p.y() - 0.5);

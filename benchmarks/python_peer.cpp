@@ -1,6 +1,6 @@
-// The work of tools/python_ratio.py in C++: waymark_python_peer PICTURE WORLD ROBOT FRAMES RECORDED prints
-// the seconds of processor time that finding the tags of a picture takes, those of the filter with its
-// odometry and tags, and those of the filter over a recording of so many frames, all a frame.
+// The work of tools/python_ratio.py in C++: waymark_python_peer IMAGE WORLD ROBOT FRAMES RECORDED prints
+// processor seconds per frame: for finding the tags of an image, for the filter with its odometry and tags,
+// and for the filter over a recording of so many frames.
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -24,7 +24,7 @@ double processor_s() {
 
 waymark::SensorTime at_ms(int ms) { return waymark::SensorTime(std::chrono::milliseconds(ms)); }
 
-/// Seconds a frame of the filter over all samples of a recording.
+/// Seconds per frame of the filter over all samples of a recording.
 double over_recording(const waymark::LocalizerSetup& setup,
                       const std::vector<waymark::TagDetection>& detections, int frames) {
   std::vector<waymark::Sample> samples;
@@ -49,7 +49,7 @@ double over_recording(const waymark::LocalizerSetup& setup,
 
 int main(int argc, char** argv) {
   if (argc != 6)
-    return std::fprintf(stderr, "usage: waymark_python_peer PICTURE WORLD ROBOT FRAMES RECORDED\n"), 2;
+    return std::fprintf(stderr, "usage: waymark_python_peer IMAGE WORLD ROBOT FRAMES RECORDED\n"), 2;
   const auto image = waymark::read_image(argv[1]);
   const auto world = waymark::read_world(argv[2]);
   const auto robot = waymark::read_robot(argv[3]);

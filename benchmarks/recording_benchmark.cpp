@@ -1,10 +1,10 @@
-// Writing and reading recordings beside a plain loop that copies the same bytes and takes their CRC-32.
+// Writing and reading recordings compared with a plain loop that copies the same bytes and computes their
+// CRC-32.
 //
-// Both sides move messages between memory and memory, so that no disk decides. The loop does for each message
-// one memcpy and one libdeflate CRC-32: about what nobody who checks his data can do without. "into a file"
-// is the same through the system, where the loop hands over each message by one write(): what a recorder
-// without chunks would do so that a kill loses nothing. The file lies in memory where there is such a file
-// system.
+// Both sides move messages between memory and memory, so the disk does not matter. The loop does one memcpy
+// and one libdeflate CRC-32 per message: about the minimum for checked data. "into a file" is the same
+// through the system, where the loop writes each message with one write(), like a recorder without chunks
+// that survives a kill. The file is in memory if there is such a file system.
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -28,7 +28,7 @@ namespace {
 constexpr std::size_t kBytes = std::size_t{64} << 20U;
 constexpr std::uint64_t kPeriod_ns = 10'000'000;
 
-/// Takes bytes into memory that is there already, again and again.
+/// Writes bytes repeatedly into the same memory.
 class Ring final : public ByteSink {
  public:
   explicit Ring(Bytes& room) : room_(room) {}
@@ -53,7 +53,7 @@ Bytes noise(std::size_t size) {
   return bytes;
 }
 
-/// Messages of one size, 64 MiB in all, each with bytes of its own, and room for a file of them.
+/// Messages of one size, 64 MiB in total, each with its own bytes, and memory for a file of them.
 struct Load {
   explicit Load(std::size_t bytes_a_message)
       : size(bytes_a_message), count(kBytes / size), all(noise(count * size)), room(kBytes + kBytes / 4) {}
@@ -143,7 +143,7 @@ void write_plain_to_file(benchmark::State& state) {
   }
 }
 
-/// A recording of the load, made once.
+/// A recording of the load, created once.
 const Bytes& file_of(Load& load) {
   static std::map<const Load*, Bytes> files;
   Bytes& file = files[&load];

@@ -1,4 +1,5 @@
-// Corner refinement of one tag beside OpenCV's cornerSubPix on the same four corners, by size of the tag.
+// Corner refinement of one tag compared with OpenCV's cornerSubPix on the same four corners, by size of the
+// tag.
 #include <array>
 #include <map>
 #include <string>
@@ -19,7 +20,7 @@ struct Case {
   std::vector<TagDetection> detections;
 };
 
-/// A dozen tags of one size, turned and tilted, in one picture; corners 0.15 px off.
+/// A dozen tags of one size, rotated and tilted, in one image; corners 0.15 px off.
 const Case& make_case(int size_px) {
   static std::map<int, Case> cases;
   if (const auto found = cases.find(size_px); found != cases.end()) return found->second;

@@ -1,4 +1,4 @@
-// How long a picture of the circuit takes, with and without motion: 640 x 480, the camera of a LIMO on its
+// Rendering time of an image of the circuit, with and without motion: 640 x 480, the camera of a LIMO on its
 // line.
 #include <cstdint>
 #include <string>
@@ -28,7 +28,7 @@ struct RobotSetup {
         robot(read_robot(WAYMARK_SHARE "/robots/limo.yaml").value()),
         path(sample_path(world.path_m, world.path_closed, 0.25)) {}
 
-  /// From place `i` of the line, at 0.3 m/s along it.
+  /// From position `i` of the line, driving along it at the given speed.
   [[nodiscard]] CameraMotion motion(std::size_t i, double speed_m_s) const {
     const PathPoint& point = path[i % path.size()];
     const SE3 base_T_cam = robot.model.base_T_cam;
@@ -70,7 +70,7 @@ void render(benchmark::State& state, double exposure_ms, double readout_ms, bool
   if (detect) state.counters["found"] = benchmark::Counter(found, benchmark::Counter::kAvgIterations);
 }
 
-/// The exact photograph of the same tags, still.
+/// The exact photograph of the same tags, without motion.
 void photograph_tags(benchmark::State& state) {
   const CameraModel& camera = setup().robot.camera;
   Random random(1);

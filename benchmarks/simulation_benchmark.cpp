@@ -1,5 +1,5 @@
-// How many seconds of a robot's life the simulator makes in one second of one core, without pictures:
-// simulation/lap drives, senses and looks; simulation/taught also teaches (poses of all tags) and records.
+// Simulated seconds per second of one core, without images: simulation/lap drives, senses and detects;
+// simulation/taught also teaches (poses of all tags) and records.
 #include <benchmark/benchmark.h>
 
 #include "waymark/config/yaml/robot_file.hpp"
@@ -19,7 +19,7 @@ SimulatedSetup setup() {
           .robot = robot.simulation};
 }
 
-/// A file that forgets.
+/// A file that discards its data.
 class NoFile final : public ByteSink {
  public:
   Status write(ByteSpan) override { return {}; }
@@ -58,8 +58,8 @@ void taught(benchmark::State& state) {
 }
 BENCHMARK(taught)->Name("simulation/taught")->Unit(benchmark::kMillisecond);
 
-/// A lap on pictures: 640 x 480 at 15 Hz with distortion, 10 ms of exposure, blur and noise, rendered, looked
-/// at and recorded.
+/// A lap with images: 640 x 480 at 15 Hz with distortion, 10 ms of exposure, blur and noise, rendered,
+/// searched for tags and recorded.
 void pictures(benchmark::State& state) {
   SimulatedSetup circuit = setup();
   circuit.pictures = DetectingCameraOptions{};

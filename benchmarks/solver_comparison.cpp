@@ -1,5 +1,6 @@
-// Our sparse Cholesky factorisation beside Eigen's and Ceres's on the normal equations of three real problems
-// where their search ends: processor seconds of one step, and of the covariance of every pose, as a table.
+// Our sparse Cholesky factorisation compared with Eigen's and Ceres's on the normal equations of three real
+// problems at their solutions: processor seconds of one step, and of the covariance of every pose, as a
+// table.
 //
 // usage: solver_comparison            the recording needs WAYMARK_DATA
 #include <algorithm>
@@ -39,7 +40,7 @@ double cpu_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// The least of some runs.
+/// The minimum of several runs.
 double least_s(int runs, const std::function<void()>& run) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < runs; ++i) {
@@ -50,7 +51,7 @@ double least_s(int runs, const std::function<void()>& run) {
   return least;
 }
 
-/// A linearised residual: which unknowns it is of, and its Jacobian for each.
+/// A linearised residual: its unknowns, and its Jacobian for each.
 struct LinearTerm {
   std::vector<int> unknowns{};
   std::vector<Eigen::MatrixXd> J{};
@@ -74,8 +75,8 @@ struct Problem {
   }
 };
 
-/// The corners, priors and motions of a scene; every unknown is held a little, so that the equations have one
-/// solution.
+/// The corners, priors and motions of a scene; every unknown has a weak prior, so that the solution is
+/// unique.
 Problem linearized(const std::string& name, const Bundle& bundle) {
   constexpr double kHold = 1e-3;
   Problem problem{.name = name, .unknowns = waymark::internal::unknowns_of(bundle)};
@@ -140,8 +141,8 @@ Times of_fronts(const Problem& problem) {
   return times;
 }
 
-/// Eigen's has no selected inverse: the blocks are columns of the inverse, one solution for each scalar;
-/// those of some unknowns stand for all of them.
+/// Eigen's has no selected inverse: the blocks are columns of the inverse, one solution per scalar; a sample
+/// of the unknowns represents all.
 Times of_eigen(const Problem& problem) {
   constexpr int kSample = 100;
   BlockSystem system = problem.system();
@@ -194,11 +195,11 @@ class LinearCost final : public ceres::CostFunction {
   const LinearTerm& term_;
 };
 
-/// Seconds of so many damped steps with all that comes before them.
+/// Seconds of several damped steps including all preparation.
 double ceres_steps_s(const Problem& problem, ceres::LinearSolverType solver, int steps) {
   return least_s(2, [&] {
     std::vector<std::array<double, 6>> x(problem.unknowns.dimensions.size());
-    for (auto& block : x) block.fill(1);  // far from the solution, so that each step gains
+    for (auto& block : x) block.fill(1);  // far from the solution, so that each step reduces the cost
     ceres::Problem linear;
     for (const LinearTerm& term : problem.terms) {
       std::vector<double*> blocks;
@@ -210,7 +211,7 @@ double ceres_steps_s(const Problem& problem, ceres::LinearSolverType solver, int
     options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
     options.num_threads = 1;
     options.max_num_iterations = steps;
-    options.initial_trust_region_radius = options.max_trust_region_radius = 1;  // half of the way
+    options.initial_trust_region_radius = options.max_trust_region_radius = 1;  // half of the distance
     options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;

@@ -1,8 +1,8 @@
-// Time and memory of mapping a generated place against its size: a table, and the exponent between the
-// smallest and the largest. A lap with wheels past signs; a walk through aisles, or below a ceiling of tags,
-// without: 20 tags in a picture, or 37 of a high one.
+// Time and memory of mapping a generated place by size: a table, and the exponent between the smallest and
+// the largest. A lap with wheel odometry past signs; a walk through aisles, or below a ceiling of tags,
+// without odometry: 20 tags per image, or 37 for a high ceiling.
 //
-// usage: warehouse_mapping [lap|aisles|ceiling|high-ceiling] [TAGS ...]      usual: lap 250 500 1000 2000
+// usage: warehouse_mapping [lap|aisles|ceiling|high-ceiling] [TAGS ...]      default: lap 250 500 1000 2000
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -41,7 +41,7 @@ struct Row {
   double detections = 0, seconds = 0;
 };
 
-/// Says how long each stage of a search took.
+/// Prints the duration of each stage of a search.
 class Stages {
  public:
   bool operator()(const std::string& name, int /*iteration*/, double /*cost*/) {
@@ -63,11 +63,11 @@ class Stages {
 };
 
 void report(int tags, std::size_t frames, const Row& row, std::size_t mapped, double worst_m,
-            std::size_t said) {
+            std::size_t warnings) {
   std::printf(
       "%6d tags %7zu frames %8.0f detections: %7.1f s, %6.0f MiB so far, %zu mapped, worst %.2f m, %zu "
-      "said\n",
-      tags, frames, row.detections, row.seconds, peak_mib(), mapped, worst_m, said);
+      "warnings\n",
+      tags, frames, row.detections, row.seconds, peak_mib(), mapped, worst_m, warnings);
   std::fflush(stdout);
 }
 
@@ -79,19 +79,19 @@ bool failed(const waymark::Error& error) {
 bool measure_lap(int tags, std::vector<Row>& rows) {
   using namespace waymark;
   const test::Warehouse house = test::drive_warehouse(
-      {.tags = tags, .frame_m = 0.0395, .farthest_m = 5.9});  // 10 frames, 100 detections a tag
+      {.tags = tags, .frame_m = 0.0395, .farthest_m = 5.9});  // 10 frames, 100 detections per tag
   const double begin = cpu_s();
   Stages stages;
   const auto map = map_by_bundle(house.lap, {}, {}, std::ref(stages));
   if (!map) return failed(map.error());
   stages.end();
-  const std::size_t said = check_map(house.lap, *map).size();
+  const std::size_t warnings = check_map(house.lap, *map).size();
   rows.push_back({static_cast<double>(house.detections), cpu_s() - begin});
   double worst = 0;
   for (const auto& [id, tag] : map->map.tags)
     worst = std::max(worst,
                      (tag.map_T_tag.translation() - house.truth.tags.at(id).map_T_tag.translation()).norm());
-  report(tags, house.lap.frames.size(), rows.back(), map->map.tags.size(), worst, said);
+  report(tags, house.lap.frames.size(), rows.back(), map->map.tags.size(), worst, warnings);
   return true;
 }
 
@@ -102,7 +102,7 @@ bool measure_scene(const waymark::test::WideScene& wide, int tags, std::vector<R
   const auto map = map_scene(wide.scene, wide.recording, {}, std::ref(stages));
   if (!map) return failed(map.error());
   stages.end();
-  const std::size_t said = scene_warnings(*map).size();
+  const std::size_t warnings = scene_warnings(*map).size();
   rows.push_back({static_cast<double>(wide.detections), cpu_s() - begin});
   double worst = 0;
   std::size_t mapped = 0;
@@ -113,7 +113,7 @@ bool measure_scene(const waymark::test::WideScene& wide, int tags, std::vector<R
     worst = std::max(worst, (map_T_tag->translation() - truth.translation()).norm());
     ++mapped;
   }
-  report(tags, wide.recording.frames.size(), rows.back(), mapped, worst, said);
+  report(tags, wide.recording.frames.size(), rows.back(), mapped, worst, warnings);
   return true;
 }
 

@@ -1,4 +1,4 @@
-// Every effect of the simulated camera as a picture: without it on the left, with it on the right.
+// Every effect of the simulated camera as an image: without it on the left, with it on the right.
 //   usage: waymark_camera_effects OUT_DIR      writes blur.jpg, noise.jpg, ... there (docs/images/camera)
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ CameraModel camera(const CameraModel::Projection& projection) {
 }
 CameraModel straight() { return camera(PinholeRadtan{.fx = 300, .fy = 300, .cx = 200, .cy = 150}); }
 
-/// Three tags before a wall, a box that hides a part of one, a tiled floor.
+/// Three tags in front of a wall, a box that hides part of one, a tiled floor.
 World corner_of_a_room() {
   World world;
   const auto add = [&](int number, double x, double y, double z, double facing_deg) {
@@ -41,8 +41,8 @@ World corner_of_a_room() {
   return world;
 }
 
-/// A camera 0.3 m above the floor, looking along map x and a little down; it turns left at a rate and drives
-/// on.
+/// A camera 0.3 m above the floor, facing map x and slightly down; it turns left at a given rate while
+/// driving.
 CameraMotion drive(double speed_m_s, double yaw_rate_rad_s) {
   Eigen::Matrix3d ahead;
   ahead << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -52,7 +52,7 @@ CameraMotion drive(double speed_m_s, double yaw_rate_rad_s) {
   };
 }
 
-/// One picture: what is before the camera, how it sees, how it moves.
+/// One image: scene, camera and motion.
 struct Shot {
   Scene scene = scene_of(corner_of_a_room());
   CameraModel model = straight();
@@ -87,7 +87,7 @@ Image beside(const Image& left, const Image& right) {
   return both;
 }
 
-/// What lies around the middle tag, each pixel as a square of so many.
+/// The surroundings of the middle tag, each pixel as a square of `times` pixels.
 Image magnified(const Image& image, int times) {
   constexpr int kTagX = 207;
   constexpr int kTagY = 122;
@@ -100,11 +100,11 @@ Image magnified(const Image& image, int times) {
   return large;
 }
 
-/// What an effect changes of a shot.
+/// The change of a shot by an effect.
 struct Effect {
   const char* name;
-  std::function<void(Shot&)> before;  ///< of both pictures
-  std::function<void(Shot&)> effect;  ///< of the right one
+  std::function<void(Shot&)> before;  ///< for both images
+  std::function<void(Shot&)> effect;  ///< for the right one
   int magnify = 1;
 };
 

@@ -1,4 +1,4 @@
-// Tags in a picture, and where each stands before the camera: waymark_detect PICTURE CALIBRATION TAG_SIZE_M
+// Tags in an image, and their positions relative to the camera: waymark_detect IMAGE CALIBRATION TAG_SIZE_M
 #include <cstdio>
 #include <cstdlib>
 
@@ -13,7 +13,7 @@ int fail(const waymark::Error& error) {
 }
 
 int main(int argc, char** argv) {
-  if (argc != 4) return std::fprintf(stderr, "usage: waymark_detect PICTURE CALIBRATION TAG_SIZE_M\n"), 2;
+  if (argc != 4) return std::fprintf(stderr, "usage: waymark_detect IMAGE CALIBRATION TAG_SIZE_M\n"), 2;
   // [quoted by docs/howto/cpp.md]
   const auto image = waymark::read_image(argv[1]);
   if (!image) return fail(image.error());

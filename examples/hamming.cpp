@@ -1,5 +1,5 @@
-// How many wrong bits should a detector correct? For each threshold: how often a random quad passes for a
-// tag, and how many tags are read right and wrong when each bit flips with some probability. Martins and
+// How many wrong bits should a detector correct? For each threshold: how often a random quad passes as a tag,
+// and how many tags are read correctly and wrongly if each bit flips with some probability. Martins and
 // Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section 2.3.1.   usage: waymark_hamming
 // [FAMILY]
 #include <algorithm>
@@ -24,7 +24,7 @@ std::pair<int, std::size_t> nearest(std::uint64_t word, const std::vector<std::u
   return best;
 }
 
-/// Words within `radius` of one word, as a share of all words.
+/// Words within `radius` of one word, as a fraction of all words.
 double ball(double bits, int radius) {
   double words = 0;
   double choose = 1;

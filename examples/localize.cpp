@@ -1,4 +1,4 @@
-// Where the robot was in a recording, by the tags of a map: waymark_localize RECORDING MAP_FOLDER
+// Positions of the robot in a recording, from the tags of a map: waymark_localize RECORDING MAP_FOLDER
 #include <cstdio>
 
 #include "waymark/app/localize/localize_log.hpp"

@@ -1,5 +1,5 @@
-// A robot of one's own repeats the route of a map: waymark_own_robot MAP_FOLDER. Here the robot is a line of
-// kinematics that sees the tags of the map; a real one sends the command to its motors and reads its sensors.
+// A custom robot repeats the route of a map: waymark_own_robot MAP_FOLDER. Here the robot is one line of
+// kinematics that observes the map tags; a real one sends the command to its motors and reads its sensors.
 #include <cstdio>
 
 #include "waymark/app/common/replay_setup.hpp"

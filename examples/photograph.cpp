@@ -1,4 +1,4 @@
-// Takes a photograph of a dozen tags whose true corners are known.
+// Renders a photograph of a dozen tags with exact corners.
 //   usage: waymark_photograph OUT_DIR      writes photograph.png, truth.csv and camera.yaml there
 #include <cmath>
 #include <cstdio>
@@ -15,14 +15,15 @@
 namespace waymark {
 namespace {
 
-/// Twelve tags in four columns and three rows, from near to far, each turned its own way.
+/// Twelve tags in four columns and three rows, from near to far, each with its own rotation.
 PhotographScene a_dozen_tags(Random& random) {
   PhotographScene scene;
   for (int i = 0; i < 12; ++i) {
     const double distance = 0.9 * std::pow(1.13, i);  // 0.16 m at 0.9 m to 3.5 m: 160 to 41 px
     const Eigen::Vector3d direction(-0.48 + 0.32 * (i % 4), -0.26 + 0.26 * static_cast<double>(i / 4), 1);
     const SO3 cam_R_facing = SO3::from_rpy(-std::atan(direction.y()), std::atan(direction.x()), 0);
-    const double yaw = random.uniform(-3, 3);  // one after the other: compilers take arguments in any order
+    // one per statement: the evaluation order of arguments is unspecified
+    const double yaw = random.uniform(-3, 3);
     const double pitch = random.uniform(-0.75, 0.75);
     const double roll = random.uniform(-0.75, 0.75);
     const SO3 turned = SO3::from_rpy(roll, pitch, yaw);

@@ -1,8 +1,8 @@
-// Holds a printed sheet before a virtual camera: the page that
-//   waymark tags sheet --ids 7 --tag-size-m 0.16 --paper A4 --dpi 300 -o SHEET.png
-// draws, photographed with blur and noise from a known pose.
-//   usage: waymark_photograph_sheet SHEET.png OUT_DIR      writes sheet_photo.png and camera.yaml there,
-//   prints the truth
+// Photographs a printed sheet with a virtual camera: the page drawn by
+//  waymark tags sheet --ids 7 --tag-size-m 0.16 --paper A4 --dpi 300 -o SHEET.png
+// with blur and noise from a known pose.
+//  usage: waymark_photograph_sheet SHEET.png OUT_DIR      writes sheet_photo.png and camera.yaml there,
+//  prints the truth
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kMetresPerPixel = 0.0254 / 300;
 
-/// Where the tag lies on the page, seen from the middle of the page.
+/// Pose of the tag relative to the centre of the page.
 Result<SE3> sheet_T_tag() {
   const auto layout = plot::layout_sheet(FamilyId::Tag36h11, {7}, {.tag_size_m = 0.16});
   if (!layout) return tl::unexpected(layout.error());

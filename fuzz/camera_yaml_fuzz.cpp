@@ -1,5 +1,5 @@
-// Any bytes as a camera calibration: an answer or an error with words, never a crash; and what is read can be
-// written and reads back as the same.
+// Any bytes as a camera calibration: a result or an error with a message, never a crash; parsed calibrations
+// can be written and read back unchanged.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

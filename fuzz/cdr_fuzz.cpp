@@ -1,5 +1,5 @@
-// Any bytes as a ROS 2 message of any type we read: a sample or an error with words, never a crash. The first
-// byte chooses the type.
+// Any bytes as a ROS 2 message of any supported type: a sample or an error with a message, never a crash. The
+// first byte selects the type.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +34,7 @@ constexpr std::array kTypes = {ros2::AprilTagDetectionArray::kType,
                                ros2::CameraInfo::kType,
                                ros2::TFMessage::kType};
 
-/// What decodes encodes to something that decodes, and says the same again.
+/// A decoded message encodes to bytes that decode to the same message.
 template <class Message>
 void through(ByteSpan cdr) {
   const auto message = cdr::decode<Message>(cdr);

@@ -1,5 +1,5 @@
-// Any pixels, size and stride give detections that are finite and exist, and the same ones whatever kernels
-// the processor has; the detector behind libapriltag gives an answer as well.
+// Any pixels, size and stride give finite detections of existing tags, identical for all kernels of the
+// processor; the libapriltag detector returns a result as well.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -40,7 +40,7 @@ extern "C" std::size_t LLVMFuzzerTestOneInput(const std::uint8_t* data, std::siz
   const int width = 1 + data[0];
   const int stride = width + data[1] % 9;
   const auto pixels = static_cast<int>(size - kHeader);
-  // The last row need not be followed by the rest of its stride.
+  // The last row may end before its stride.
   const int height = (pixels + stride - width) / stride;
   if (height < 1) return 0;
   const std::vector<std::uint8_t> copy(data + kHeader, data + size);

@@ -1,6 +1,6 @@
-// Whatever an HTTP request says (method, target, host, origin, cookie, range; a line each): an answer with a
-// status that exists and the headers that keep foreign pages out; never a file that was not offered, never a
-// part beyond its end, and nothing at all from a remote server without its token.
+// Any HTTP request (method, target, host, origin, cookie, range; one line each): a reply with a valid status
+// and the headers that block foreign pages. Never a file that was not offered, never a range beyond its end,
+// and nothing at all from a remote server without its token.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -65,8 +65,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const AccessPolicy remote{.port = 8642, .remote = true, .token = "fedcba9876543210"};
   const HttpReply reply = reply_to(request, offered(), remote);
   check(reply);
-  const bool knows = lines[1].find(remote.token) != std::string_view::npos ||
-                     lines[4].find(remote.token) != std::string_view::npos;
-  require(knows || reply.status == 401 || reply.status == 403);
+  const bool has_token = lines[1].find(remote.token) != std::string_view::npos ||
+                         lines[4].find(remote.token) != std::string_view::npos;
+  require(has_token || reply.status == 401 || reply.status == 403);
   return 0;
 }

@@ -1,4 +1,4 @@
-// Any bytes are either a picture of the size its header says, or an Error; nothing crashes, leaks or prints.
+// Any bytes are either an image of the size in their header, or an Error; nothing crashes, leaks or prints.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -18,8 +18,8 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes) {
   return ~crc;
 }
 
-/// Mends the checksum of every PNG chunk: otherwise nearly no mutation would come past the first one.
-void mend_png(std::span<std::uint8_t> bytes) {
+/// Recomputes the checksum of every PNG chunk; otherwise nearly every mutation would fail at the first one.
+void fix_png_checksums(std::span<std::uint8_t> bytes) {
   for (std::size_t at = 8; at + 12 <= bytes.size();) {
     std::size_t length = 0;
     for (std::size_t i = 0; i < 4; ++i) length = (length << 8U) | bytes[at + i];
@@ -39,7 +39,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
                                                unsigned seed) {
   size = LLVMFuzzerMutate(data, size, max_size);
   const bool png = size > 8 && data[0] == 0x89 && data[1] == 'P';
-  if (png && seed % 4 != 0) mend_png({data, size});
+  if (png && seed % 4 != 0) fix_png_checksums({data, size});
   return size;
 }
 

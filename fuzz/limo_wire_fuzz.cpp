@@ -1,5 +1,5 @@
-// Whatever comes over LIMO's serial port: frames are found again in their own bytes, and every sample of them
-// is a line that a robot process may say.
+// Any bytes from LIMO's serial port: frames are found again in their own bytes, and every sample of them is a
+// valid line of a robot process.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace {
 
 using namespace waymark;
 
-/// Stamps of a kind grow, and no number is none.
+/// Stamps of a kind increase, and all numbers are finite.
 void check_samples(const std::vector<Sample>& samples, std::map<std::size_t, SensorTime>& newest) {
   for (const Sample& sample : samples) {
     const SensorTime stamp = stamp_of(sample);

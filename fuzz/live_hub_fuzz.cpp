@@ -1,7 +1,7 @@
-// Whatever viewers of a running robot send: three of them (a page with the token, a Foxglove with it, one
-// without) take turns, line by line; a line that begins with '!' is binary. Nobody without the token ever
-// gives an order but a stop, speeds are finite and bounded, queues stay within their limits, and all that is
-// said is JSON or a frame of the protocol.
+// Any data from viewers of a running robot: three of them (a page with the token, Foxglove with it, one
+// without) alternate line by line; a line that begins with '!' is binary. Without the token no order but a
+// stop is accepted, speeds are finite and bounded, queues stay within their limits, and all output is JSON or
+// a frame of the protocol.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -9,8 +9,8 @@
 
 namespace waymark {
 
-/// Opens any bytes as a recording and asks everything of it: whatever they are, nothing crashes, no message
-/// is larger than allowed, none lies outside the selection, and an error says something.
+/// Opens any bytes as a recording and queries everything: nothing crashes, no message is larger than allowed,
+/// none is outside the selection, and errors have a message.
 inline void open_and_ask(ByteSpan bytes) {
   constexpr std::uint64_t kMaxRecordBytes = 1 << 20;
   const LogOptions options{.max_record_bytes = kMaxRecordBytes, .unpack = {.max_bytes = 4 * kMaxRecordBytes}};

@@ -1,5 +1,5 @@
-// Any bytes as messages of an MBot: lines that the other side of the wire reads, or a counted drop, never a
-// crash. Each message stands behind three bytes: channel and type, when it comes, and how long it is.
+// Any bytes as messages of an MBot: lines that the other side of the wire parses, or a counted drop, never a
+// crash. Each message follows three bytes: channel and type, arrival time, and length.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::size_t length = std::min<std::size_t>(size - 3, std::size_t{data[2]} * 8);
     now += std::chrono::milliseconds(data[1]);
     LcmMessage message{.channel = from.channel, .arrived = now, .received_us = now.count() / 1000};
-    if (data[0] < 240)  // the others begin with any fingerprint
+    if (data[0] < 240)  // the others start with an arbitrary fingerprint
       for (int shift = 56; shift >= 0; shift -= 8)
         message.payload.push_back(static_cast<std::uint8_t>(from.type >> shift));
     message.payload.insert(message.payload.end(), data + 3, data + 3 + length);

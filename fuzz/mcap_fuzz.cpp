@@ -1,5 +1,5 @@
-// Any bytes as an MCAP file: an answer or an error with words, never a crash, no memory beyond the limit; and
-// what is recovered of it is a whole file with the same messages.
+// Any bytes as an MCAP file: a result or an error with a message, never a crash, no memory beyond the limit;
+// a recovered file is complete and has the same messages.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Whatever a robot's process writes after its hello: each line is a message that is written and read back as
-// the same kind, nothing, or an Error that names the robot.
+// Any output of a robot process after its hello: each line is a message that round-trips with the same kind,
+// nothing, or an Error that names the robot.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Any text as a message definition and any bytes as its message: the transcoder ends, and what it makes stays
-// small.
+// Any text as a message definition and any bytes as its message: the transcoder terminates, and its output
+// stays small.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Any bytes as a message of a robot that speaks ROS 2: lines that the other side of the wire reads, or a
-// counted drop, never a crash. The first byte chooses the subscription, the second when it comes.
+// Any bytes as a message of a ROS 2 robot: lines that the other side of the wire parses, or a counted drop,
+// never a crash. The first byte selects the subscription, the second the arrival time.
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -45,7 +45,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   RobotBridge bridge(kProfile, kRobot);
   RobotMessageReader other_side("fuzz");
   (void)other_side.read({.number = 1, .text = to_line(RobotHello{.name = "fuzz"})});
-  // Several messages in one input, so that transforms, odometry and pictures meet: each behind three bytes.
+  // Several messages in one input, so that transforms, odometry and images interact: each follows three
+  // bytes.
   while (size > 3) {
     const Ros2Subscription& from = kAll[data[0] % kAll.size()];
     const Duration arrived = std::chrono::milliseconds(data[1]);

@@ -1,4 +1,4 @@
-// Any text is either a truth whose every tag exists and has finite corners, or an Error with a place; nothing
+// Any text is either a ground truth of existing tags with finite corners, or an Error with a place; nothing
 // crashes.
 #include <cmath>
 #include <cstddef>

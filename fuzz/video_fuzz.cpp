@@ -1,4 +1,4 @@
-// Any bytes are either a video whose pictures have pixels and growing stamps, or an Error; nothing crashes,
+// Any bytes are either a video whose images have pixels and increasing stamps, or an Error; nothing crashes,
 // leaks or prints.
 #include <cstddef>
 #include <cstdint>
@@ -16,8 +16,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   std::optional<waymark::SensorTime> last;
-  constexpr int kMaxPictures = 50;
-  for (int k = 0; k < kMaxPictures; ++k) {
+  constexpr int kMaxImages = 50;
+  for (int k = 0; k < kMaxImages; ++k) {
     const auto frame = reader->next();
     if (!frame || !*frame) break;
     if ((*frame)->luma.empty() || (last && (*frame)->stamp <= *last)) std::abort();

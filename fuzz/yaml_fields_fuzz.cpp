@@ -1,4 +1,4 @@
-// Any bytes as an option file: what is accepted lies in its ranges and reads back as the same after writing.
+// Any bytes as an option file: accepted options are within their ranges and round-trip.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

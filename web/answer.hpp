@@ -7,14 +7,14 @@
 
 namespace waymark::web {
 
-/// What JavaScript is given: text that lives until the next call.
+/// A result for JavaScript: text that is valid until the next call.
 [[nodiscard]] inline const char* keep(std::string text) {
   static std::string kept;
   kept = std::move(text);
   return kept.c_str();
 }
 
-/// Text as a JSON string; the sentences of errors may quote what somebody typed.
+/// Text as a JSON string; error messages may quote user input.
 [[nodiscard]] inline std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {

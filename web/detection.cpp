@@ -1,6 +1,5 @@
-// Tags in a picture that the page has put into memory: the project's own detector, then the refinement of the
-// corners, as `waymark detect
-// --set detector.detector=waymark` does.
+// Tags in an image that the page has put into memory: the project's own detector, then the refinement of the
+// corners, like `waymark detect --set detector.detector=waymark`.
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -26,7 +25,7 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Kept from picture to picture, so that its memory and the index of the codes are made once.
+/// Kept between images, so that its memory and the index of the codes are created once.
 struct Workspace {
   std::vector<std::uint8_t> pixels;
   std::string family;
@@ -74,7 +73,7 @@ std::string detect(int width, int height, const std::string& family) {
   return fmt::format(R"({{"detect_ms":{:.3f},"refine_ms":{:.3f},"tags":[{}]}})", detect_ms, refine_ms, tags);
 }
 
-/// The printed tag, cell by cell: 0 black, 255 white, 128 no part of it.
+/// The printed tag, cell by cell: 0 black, 255 white, 128 outside the tag.
 std::string tag_cells(const std::string& name, int number) {
   const Result<FamilyId> id = parse_family(name);
   if (!id) return failure(id.error());
@@ -87,8 +86,8 @@ std::string tag_cells(const std::string& name, int number) {
 
 extern "C" {
 
-/// Room for a grey picture, row by row; the page fills it before waymark_detect. Null for a size that no
-/// detector takes.
+/// Memory for a grey image, row by row; the page fills it before waymark_detect. Null for a size that no
+/// detector accepts.
 EMSCRIPTEN_KEEPALIVE std::uint8_t* waymark_pixels(int width, int height) {
   using namespace waymark;
   if (width <= 0 || height <= 0 || std::int64_t{width} * height > kMaxImagePixels) return nullptr;
@@ -97,12 +96,12 @@ EMSCRIPTEN_KEEPALIVE std::uint8_t* waymark_pixels(int width, int height) {
   return pixels.data();
 }
 
-/// JSON: times and tags, or an error. The size is that of the last waymark_pixels.
+/// JSON: times and tags, or an error. The size must be that of the last waymark_pixels.
 EMSCRIPTEN_KEEPALIVE const char* waymark_detect(int width, int height, const char* family) {
   return waymark::web::keep(waymark::web::detect(width, height, family));
 }
 
-/// JSON: the cells of a printed tag, or an error. No cells for a number that the family has not.
+/// JSON: the cells of a printed tag, or an error. No cells for a number that the family does not have.
 EMSCRIPTEN_KEEPALIVE const char* waymark_tag(const char* family, int number) {
   return waymark::web::keep(waymark::web::tag_cells(family, number));
 }

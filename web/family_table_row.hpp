@@ -7,7 +7,7 @@
 
 namespace waymark::web {
 
-/// A Family as it stands in the script.
+/// A Family as stored in the script.
 struct FamilyTableRow {
   FamilyId id;
   int width_at_border;

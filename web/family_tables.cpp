@@ -1,4 +1,4 @@
-// The source of the families where there is no libapriltag: the header that write_family_tables wrote.
+// Implements load_family() without libapriltag, from the header that write_family_tables wrote.
 #include <algorithm>
 #include <iterator>
 
@@ -8,7 +8,7 @@
 
 namespace waymark {
 
-/// A family that is not in the tables has a name and no codes: nothing is found of it.
+/// A family outside the tables has a name and no codes, so none of its tags are detected.
 Family load_family(FamilyId id) {
   Family family;
   family.id = id;

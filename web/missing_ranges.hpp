@@ -1,7 +1,6 @@
 #pragma once
-// Included before every source: the algorithms of std::ranges that the rooms use and the C++ library of
-// Debian 12's emscripten (libc++ 14) has not. A newer library has them itself, and this header is empty
-// there.
+// Included before every source: algorithms of std::ranges that the rooms use and that are missing in the C++
+// library of Debian 12's emscripten (libc++ 14). With a newer library this header is empty.
 
 #include <version>
 
@@ -26,7 +25,7 @@ constexpr auto find_if(Range&& range, Predicate predicate, Projection projection
                       [&](const auto& one) { return std::invoke(predicate, std::invoke(projection, one)); });
 }
 
-/// The iterator and the function that the standard's returns are used by no room.
+/// Returns nothing: no room uses the iterator and function that the standard's version returns.
 template <class Range, class Function, class Projection = std::identity>
 constexpr void for_each(Range&& range, Function function, Projection projection = {}) {
   for (auto&& one : range) std::invoke(function, std::invoke(projection, one));

@@ -1,5 +1,5 @@
 // The two poses of one square tag: a tag on the optical axis, tilted about its vertical axis, its corners
-// with noise; what the room pose makes of them, and how often noise makes the wrong pose fit better.
+// with noise; the poses estimated by the room pose, and how often noise makes the wrong pose fit better.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -72,7 +72,7 @@ std::string solution_json(const CameraModel& camera, const TagPoseSolution& solu
       axis.y(), axis.z(), corners ? points(*corners) : "[]");
 }
 
-/// In how many draws of the noise the pose that fits better leans the other way than the tag.
+/// Number of noise draws in which the better-fitting pose is tilted in the wrong direction.
 int wrong_draws(const CameraModel& camera, const Corners& exact, double tilt_rad, Random random) {
   int wrong = 0;
   for (int i = 0; i < kDraws; ++i) {
@@ -87,7 +87,7 @@ std::string two_poses(double tilt_deg, double distance_m, std::uint64_t seed) {
   const SE3 cam_T_tag(SO3::exp({0, tilt_rad, 0}), {0, 0, distance_m});
   const Result<CameraModel> model = camera();
   const std::optional<Corners> exact = model ? project(*model, cam_T_tag) : std::nullopt;
-  if (!exact) return R"({"error":"no camera sees a tag there"})";
+  if (!exact) return R"({"error":"the tag is not visible to the camera"})";
   Random random(seed);
   const Corners observed = with_noise(*exact, random);
   const Result<TagPose> found = pose_of(*model, observed);

@@ -1,4 +1,4 @@
-// Writes the families that a page can hold as a header: layout and codes, from libapriltag by way of the room
+// Writes the families that fit into a page as a header: layout and codes, from libapriltag through the room
 // families. usage: write_family_tables > family_tables.hpp
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace {
 
-/// The other three families have more than 40 000 codes each: they would make the page four times as large.
-constexpr std::size_t kMostCodes = 10000;
+/// The other three families have more than 40 000 codes each and would make the page four times as large.
+constexpr std::size_t kMaxCodes = 10000;
 
 std::string table(const waymark::Family& family) {
   std::string bits;
@@ -38,7 +38,7 @@ int main() {
   std::string rows;
   for (const waymark::FamilyId id : waymark::kAllFamilies) {
     const waymark::Family& family = waymark::family(id);
-    if (family.codes.size() > kMostCodes) continue;
+    if (family.codes.size() > kMaxCodes) continue;
     tables += table(family);
     rows += row(family);
   }

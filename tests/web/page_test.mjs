@@ -21,7 +21,7 @@ const json = async (page) => JSON.parse(await page.textContent("#json"));
 async function detectPage() {
   const { page, troubles } = await openPage(browser, folder);
   await page.goto(`${folder}/detect.html`);
-  await said(page, "Drop a picture");
+  await said(page, "Drop an image");
   const pictures = [];
   for (const path of paths) {
     await drop(page, basename(path), readFileSync(path), "image/png");

@@ -1,5 +1,5 @@
 // @ts-check
-// Tags in a dropped picture: the browser decodes it, this script makes it grey as the program does, waymark.js finds the tags.
+// Tags in a dropped image: the browser decodes it, this script converts it to grey like the program, waymark.js finds the tags.
 "use strict";
 
 /** @typedef {{tag: string, hamming: number, refinement: string, sigma_px: number, corners_px: [number, number][]}} Tag */
@@ -9,7 +9,7 @@ const FAMILIES = ["tag36h11", "tag16h5", "tag25h9", "tag36h10", "tagCircle21h7",
 const element = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
 const canvas = /** @type {HTMLCanvasElement} */ (element("picture"));
 const family = /** @type {HTMLSelectElement} */ (element("family"));
-const say = (/** @type {string} */ words) => { element("status").textContent = words; };
+const showStatus = (/** @type {string} */ text) => { element("status").textContent = text; };
 /** @type {CanvasImageSource & {width: number, height: number} | undefined} */
 let shown;
 /** @type {WaymarkModule | undefined} */
@@ -62,20 +62,20 @@ function detect() {
   const { width, height } = shown;
   Object.assign(canvas, { width, height });
   const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { willReadFrequently: true }));
-  context.fillStyle = "#fff"; // under what is transparent, as in the program
+  context.fillStyle = "#fff"; // below transparent pixels, as in the program
   context.fillRect(0, 0, width, height);
   context.drawImage(shown, 0, 0);
   element("json").textContent = "";
   fillTable([]);
-  if (!putGrey(waymark, context.getImageData(0, 0, width, height).data, width, height)) return say(`${width} x ${height} px are too many.`);
+  if (!putGrey(waymark, context.getImageData(0, 0, width, height).data, width, height)) return showStatus(`${width} x ${height} px is too large.`);
   /** @type {Answer} */
   const answer = { width, height, ...JSON.parse(waymark.ccall("waymark_detect", "string", ["number", "number", "string"], [width, height, family.value])) };
-  if (answer.error) return say(answer.error);
+  if (answer.error) return showStatus(answer.error);
   for (const tag of answer.tags) drawTag(context, tag);
   fillTable(answer.tags);
   element("json").textContent = JSON.stringify(answer, null, 1);
   const count = answer.tags.length === 1 ? "1 tag" : `${answer.tags.length || "no"} tags`;
-  say(`${width} x ${height} px: ${count} of ${family.value}. Detection ${answer.detect_ms.toFixed(1)} ms, refinement of the corners ${answer.refine_ms.toFixed(1)} ms.`);
+  showStatus(`${width} x ${height} px: ${count} of ${family.value}. Detection ${answer.detect_ms.toFixed(1)} ms, refinement of the corners ${answer.refine_ms.toFixed(1)} ms.`);
 }
 
 async function openPicture(/** @type {Blob | undefined} */ file) {
@@ -83,7 +83,7 @@ async function openPicture(/** @type {Blob | undefined} */ file) {
   try {
     shown = await createImageBitmap(file, { colorSpaceConversion: "none" });
   } catch {
-    return say("The browser cannot read this as a picture.");
+    return showStatus("The browser cannot read this file as an image.");
   }
   detect();
 }
@@ -103,7 +103,7 @@ function drawExample() {
     const side = 150 / tag.width;
     context.setTransform(a, b, c, d, e, f);
     tag.cells.forEach((grey, i) => {
-      if (grey === 128) return; // no part of the tag
+      if (grey === 128) return; // outside the tag
       context.fillStyle = grey === 0 ? "#181818" : "#f4f4f0";
       context.fillRect((i % tag.width) * side, Math.floor(i / tag.width) * side, side + 0.6, side + 0.6);
     });
@@ -123,5 +123,5 @@ addEventListener("drop", (event) => {
   document.body.classList.remove("dropping");
   openPicture(event.dataTransfer?.files[0]);
 });
-loadWaymark().then((module) => { waymark = module; say("Drop a picture, or draw an example."); detect(); },
-  (error) => say(`This browser does not run WebAssembly: ${error}`));
+loadWaymark().then((module) => { waymark = module; showStatus("Drop an image, or draw an example."); detect(); },
+  (error) => showStatus(`This browser does not run WebAssembly: ${error}`));

@@ -51,8 +51,8 @@ function drawCorners(/** @type {Answer} */ answer) {
   }));
   context.fillStyle = truth;
   for (const p of answer.observed_px) context.fillRect(place(p)[0] - 4, place(p)[1] - 4, 8, 8);
-  element("cornerswords").textContent = `In the image: a tag of ${side.toFixed(0)} px. Squares: the observed corners. Lines: the reprojection errors of both poses, ` +
-    `${magnified.toFixed(0)} canvas pixels for one of the image.`;
+  element("cornerscaption").textContent = `In the image: a tag of ${side.toFixed(0)} px. Squares: the observed corners. Lines: the reprojection errors of both poses, ` +
+    `${magnified.toFixed(0)} canvas pixels per image pixel.`;
 }
 
 function drawAbove(/** @type {Answer} */ answer) {
@@ -63,21 +63,21 @@ function drawAbove(/** @type {Answer} */ answer) {
   const tag = (/** @type {number[]} */ t, /** @type {number[]} */ z, /** @type {string} */ colour, /** @type {number[]} */ dash, /** @type {number} */ width) => {
     const at = [320 + t[0] * scale, 450 - t[2] * scale];
     stroke(context, colour, dash, width, [[at[0] - 60 * z[2], at[1] - 60 * z[0]], [at[0] + 60 * z[2], at[1] + 60 * z[0]]]);
-    stroke(context, colour, dash, Math.min(width, 2), [[at[0], at[1]], [at[0] - 50 * z[0], at[1] + 50 * z[2]]]); // the way the tag looks
+    stroke(context, colour, dash, Math.min(width, 2), [[at[0], at[1]], [at[0] - 50 * z[0], at[1] + 50 * z[2]]]); // direction in which the tag faces
   };
   tag([0, 0, slider("distance")], [Math.sin(tilt), 0, Math.cos(tilt)], truth, [], 10);
   answer.solutions.forEach((s, k) => tag(s.cam_t_tag_m, s.cam_z_tag, poses[k], DASHES[k], 4));
 }
 
-function words(/** @type {Answer} */ answer) {
+function showVerdict(/** @type {Answer} */ answer) {
   element("rows").replaceChildren(...answer.solutions.map((s, k) => {
     const row = document.createElement("tr");
     const dashes = k === 0 ? "red, solid" : "blue, dashed";
     for (const text of [`${NAMES[k]} (${dashes})`, `${s.tilt_deg.toFixed(1)}°`, `${s.cam_t_tag_m[2].toFixed(3)} m`, `${s.rms_px.toFixed(3)} px`, s.chi2.toFixed(2)]) row.insertCell().textContent = text;
     return row;
   }));
-  const other = answer.solutions.length < 2 ? "There is one pose only: both starting points end in it. " : `The errors are as 1 to ${(1 / answer.ambiguity_ratio).toFixed(2)}. `;
-  const share = `In ${answer.wrong_draws} of ${answer.draws} draws of the noise the pose that fits better leans the wrong way.`;
+  const other = answer.solutions.length < 2 ? "There is only one pose: both starting points converge to it. " : `The ratio of the errors is 1 to ${(1 / answer.ambiguity_ratio).toFixed(2)}. `;
+  const share = `In ${answer.wrong_draws} of ${answer.draws} draws of the noise the better-fitting pose is tilted in the wrong direction.`;
   element("verdict").textContent = other + (slider("tilt") === 0 ? "" : share);
 }
 
@@ -92,7 +92,7 @@ function solve() {
   if (answer.error) return;
   drawCorners(answer);
   drawAbove(answer);
-  words(answer);
+  showVerdict(answer);
 }
 
 for (const id of ["tilt", "distance"]) element(id).addEventListener("input", solve);
